@@ -1,0 +1,135 @@
+/* SPDX-License-Identifier: MIT
+ * Geodesic distance from one or many source vertices by the parallel heat method: heat diffusion, an integrable
+ * gradient field by ADMM (on edges or on faces), integration in breadth-first order.
+ *
+ * source  Tao, Zhang, Deng, Fang, Peng, He 2021, Parallel and Scalable Heat Methods for Geodesic Distance Computation,
+ *         IEEE TPAMI 43(2), sections 3, 4, 5.1, 5.2. What differs is said in src/solver/geodesic/README.md. */
+#ifndef LOXO_GEODESIC_H
+#define LOXO_GEODESIC_H
+
+#include <loxo/mesh.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef struct loxo_geodesic loxo_geodesic;
+
+typedef enum loxo_geodesic_method {
+    LOXO_GEODESIC_EDGE, /* section 4: differences along edges; least memory */
+    LOXO_GEODESIC_FACE, /* section 3: gradients on faces; a little more accurate */
+} loxo_geodesic_method;
+
+typedef enum loxo_geodesic_diffusion {
+    LOXO_DIFFUSION_MARCHING, /* a window of breadth-first levels moves outward once; stops by tolerance */
+    LOXO_DIFFUSION_SWEEPS,   /* the paper's sweeps (7): every level, n_sweeps times; the baseline */
+} loxo_geodesic_diffusion;
+
+typedef struct loxo_geodesic_settings {
+    loxo_geodesic_method method;
+    loxo_geodesic_diffusion diffusion;
+    double time_factor;         /* m of eq. (28): time = m * (mean edge length)^2; > 0 */
+    double diffusion_tolerance; /* change of the directions, eq. (8), that is still to come when a level is left */
+    int64_t n_sweeps;           /* of LOXO_DIFFUSION_SWEEPS */
+    double penalty;             /* mu of ADMM; > 0 */
+    int64_t n_iterations;       /* most ADMM iterations (I_max) */
+    double primal_tolerance;    /* epsilon_1, relative to the mean edge length: scale-free */
+    double dual_tolerance;      /* epsilon_2 */
+    bool global_constraints;    /* eqs. (23)-(26): cycles of surfaces that are no disk, paths between sources */
+    double check_gradient_share; /* result fails its check when |grad d| is off 1 by over 10 % on more of the area */
+    double check_breach;         /* ... or when the 99th percentile of |d(a) - d(b)| / |ab| - 1 over the edges is more */
+} loxo_geodesic_settings;
+
+LOXO_API loxo_geodesic_settings loxo_geodesic_settings_default(void);
+
+typedef enum loxo_stop_reason {
+    LOXO_STOP_TOLERANCE,      /* the tolerances were met */
+    LOXO_STOP_MAX_ITERATIONS, /* the iteration count was used up (ADMM: the paper's way of stopping; no failure) */
+    LOXO_STOP_STALLED,        /* no progress above rounding */
+    LOXO_STOP_MONITOR,        /* the monitor asked */
+} loxo_stop_reason;
+
+typedef enum loxo_geodesic_phase {
+    LOXO_GEODESIC_PHASE_PREPARE,   /* in create: workspace, mean edge length, cycles */
+    LOXO_GEODESIC_PHASE_LEVELS,    /* breadth-first levels */
+    LOXO_GEODESIC_PHASE_DIFFUSION,
+    LOXO_GEODESIC_PHASE_GRADIENT,  /* directions and what ADMM starts from */
+    LOXO_GEODESIC_PHASE_ADMM,
+    LOXO_GEODESIC_PHASE_INTEGRATE,
+    LOXO_GEODESIC_PHASE_CHECK,
+    LOXO_GEODESIC_N_PHASES
+} loxo_geodesic_phase;
+
+LOXO_API const char *loxo_geodesic_phase_name(loxo_geodesic_phase phase);
+
+typedef struct loxo_geodesic_info {
+    /* the head that every info has */
+    loxo_stop_reason stop_reason; /* of ADMM, or LOXO_STOP_MONITOR */
+    int64_t n_iterations;         /* ADMM */
+    int64_t n_evaluations;        /* vertex updates of the diffusion */
+    double objective;             /* (20) or (10) at the end */
+    double residual;              /* primal residual at the end, relative */
+    double phase_s[LOXO_GEODESIC_N_PHASES];
+    double total_s;
+    size_t workspace_bytes;
+    size_t peak_bytes; /* of the context, the mesh included */
+    /* geodesics */
+    double time;             /* of the diffusion, t = m h^2 */
+    double mean_edge_length; /* h */
+    int64_t n_sources;       /* after repeats were merged */
+    int64_t n_levels;
+    int64_t max_window;      /* most levels in the window at once */
+    bool diffusion_converged;
+    double diffusion_change; /* estimate of the directions' change still to come, eq. (8) */
+    double dual_residual;
+    int64_t n_constraints;   /* cycles and paths */
+    double constraint_residual; /* largest |line integral| over its chain's length at the end */
+    /* the check of the answer */
+    int64_t n_unreached;         /* vertices at infinity: other components, unreferenced ones */
+    int64_t n_components_reached;
+    int64_t n_nonpositive_heat;  /* vertices whose heat was not positive (negative cotangent weights) */
+    double breach_percentile_50, breach_percentile_90, breach_percentile_99, breach_max;
+    double gradient_share; /* share of the reached area where | |grad d| - 1 | > 0.1 */
+    double distance_max;
+    bool check_passed;
+} loxo_geodesic_info;
+
+/* Prepares solves on a mesh, for any number of source sets. The mesh must outlive it.
+ *   settings   copied; NULL: the defaults
+ * returns      LOXO_OK; LOXO_ERR_MESH: no faces, no area; LOXO_ERR_ARGUMENT: a setting out of its range;
+ *              LOXO_ERR_MEMORY: before any work, when mesh and workspace exceed the context's limit */
+LOXO_API loxo_status loxo_geodesic_create(loxo_context *ctx, const loxo_mesh *mesh,
+                                          const loxo_geodesic_settings *settings, loxo_geodesic **out);
+
+/* Distances from a set of source vertices.
+ *   sources    [n_sources] caller's vertex numbers, n_sources >= 1, any order, repeats allowed
+ *   distance   [n_vertices] out, caller's order, in the mesh's unit; +infinity where no source can be reached
+ *   info       out, may be NULL
+ * returns      LOXO_OK; LOXO_NOT_CONVERGED: the diffusion did not settle; LOXO_CHECK_FAILED: the answer breaks the
+ *              thresholds of the settings; LOXO_STOPPED: by the monitor, distance holds what the state then gives;
+ *              LOXO_ERR_ARGUMENT: no source, or one out of range (element): distance is untouched;
+ *              LOXO_ERR_MESH: a source without faces
+ * cost         linear time; allocates nothing that grows with the mesh; same bits for any thread count */
+LOXO_API loxo_status loxo_geodesic_solve(loxo_geodesic *geodesic, const loxo_index *sources, int64_t n_sources,
+                                         double *distance, loxo_geodesic_info *info);
+
+/* The heat of the last solve, caller's order: sign * 2^scale * value, so that nothing underflows at any width.
+ *   value [n_vertices], scale [n_vertices] out. LOXO_ERR_ARGUMENT before the first solve. */
+LOXO_API loxo_status loxo_geodesic_heat(const loxo_geodesic *geodesic, double *value, int32_t *scale);
+
+LOXO_API void loxo_geodesic_destroy(loxo_geodesic *geodesic);
+
+/* create, solve, destroy in one call. */
+LOXO_API loxo_status loxo_geodesic_distance(loxo_context *ctx, const loxo_mesh *mesh,
+                                            const loxo_geodesic_settings *settings, const loxo_index *sources,
+                                            int64_t n_sources, double *distance, loxo_geodesic_info *info);
+
+/* Bytes of workspace that create will take, and seconds of one solve, guessed from the machine's measured figures. */
+LOXO_API loxo_status loxo_geodesic_estimate(loxo_context *ctx, int64_t n_vertices, int64_t n_faces,
+                                            const loxo_geodesic_settings *settings, size_t *workspace_bytes,
+                                            double *solve_s);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

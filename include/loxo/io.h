@@ -1,0 +1,73 @@
+/* SPDX-License-Identifier: MIT
+ * Reading and writing meshes and fields. Readers treat every file as hostile; writers are atomic: the target is either
+ * the whole new file or what it was before. */
+#ifndef LOXO_IO_H
+#define LOXO_IO_H
+
+#include <loxo/mesh.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef enum loxo_format {
+    LOXO_FORMAT_AUTO, /* reading: from the content, the suffix as a hint; writing: from the suffix */
+    LOXO_FORMAT_PLY,
+    LOXO_FORMAT_OBJ,
+    LOXO_FORMAT_OFF,
+    LOXO_FORMAT_STL,
+    LOXO_FORMAT_GIFTI,      /* .surf.gii, .shape.gii, .gii */
+    LOXO_FORMAT_FREESURFER, /* binary triangle surface: lh.white, ... */
+    LOXO_FORMAT_VTP,        /* writing only */
+    LOXO_FORMAT_NPY,        /* fields only */
+    LOXO_FORMAT_CSV,        /* fields only */
+} loxo_format;
+
+LOXO_API const char *loxo_format_name(loxo_format format);
+
+typedef struct loxo_read_settings {
+    loxo_format format;
+    size_t max_bytes; /* of a decompressed stream; 0: as much as the memory limit leaves */
+} loxo_read_settings;
+
+LOXO_API loxo_read_settings loxo_read_settings_default(void);
+
+/* Reads a surface. path "-" is standard input; gzip is seen by its first bytes. STL is welded.
+ *   soup       out; freed by loxo_soup_destroy; empty when the call fails
+ * returns      LOXO_OK; LOXO_ERR_READ, LOXO_ERR_MALFORMED (failure: file, line or byte, element), LOXO_ERR_UNSUPPORTED,
+ *              LOXO_ERR_MEMORY, LOXO_ERR_LIMIT, LOXO_ERR_STOPPED. Odd but harmless things are counted warnings.
+ * cost         binary PLY near the speed of memory; ascii 100 MB/s a core or more, in parallel */
+LOXO_API loxo_status loxo_read_mesh(loxo_context *ctx, const char *path, const loxo_read_settings *settings,
+                                    loxo_soup *soup);
+/* The same from memory; name is used in messages only. bytes stays the caller's. */
+LOXO_API loxo_status loxo_read_mesh_memory(loxo_context *ctx, const void *bytes, size_t n_bytes, const char *name,
+                                           const loxo_read_settings *settings, loxo_soup *soup);
+
+/* Reads one scalar per vertex: .npy (float or integer, 1-D), .csv or .txt (one number a line, or the last column),
+ * .gii (first float array), or the named vertex property of a PLY as "file.ply:name".
+ *   value      out, [n] from loxo_allocate */
+LOXO_API loxo_status loxo_read_field(loxo_context *ctx, const char *path, double **value, int64_t *n);
+
+typedef struct loxo_write_settings {
+    loxo_format format;
+    const char *comment; /* one line put into formats that carry comments; may be NULL */
+} loxo_write_settings;
+
+LOXO_API loxo_write_settings loxo_write_settings_default(void);
+
+/* Writes a surface with its fields (PLY, VTP: all; GIFTI: the first into the same file as a shape array; OBJ, OFF: none, with a warning).
+ * path "-" is standard output. returns LOXO_OK, LOXO_ERR_WRITE, LOXO_ERR_UNSUPPORTED, LOXO_ERR_ARGUMENT, LOXO_ERR_MEMORY */
+LOXO_API loxo_status loxo_write_mesh(loxo_context *ctx, const char *path, const loxo_soup *soup,
+                                     const loxo_write_settings *settings);
+/* Writes one scalar per vertex: .npy (float64), .csv (header `vertex,<name>`), .shape.gii. */
+LOXO_API loxo_status loxo_write_field(loxo_context *ctx, const char *path, const char *name, const double *value,
+                                      int64_t n, const loxo_write_settings *settings);
+/* Whether path could be written now: directory there and writable, not a directory, device or other special file. */
+LOXO_API loxo_status loxo_write_check(loxo_context *ctx, const char *path);
+/* Writes bytes under the same promise of atomicity. */
+LOXO_API loxo_status loxo_write_bytes(loxo_context *ctx, const char *path, const void *bytes, size_t n_bytes);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

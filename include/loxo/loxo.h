@@ -1,0 +1,15 @@
+/* SPDX-License-Identifier: MIT
+ * Everything. */
+#ifndef LOXO_LOXO_H
+#define LOXO_LOXO_H
+
+#include <loxo/base.h>
+#include <loxo/context.h>
+#include <loxo/draw.h>
+#include <loxo/geodesic.h>
+#include <loxo/io.h>
+#include <loxo/measure.h>
+#include <loxo/mesh.h>
+#include <loxo/monitor.h>
+
+#endif

@@ -1,0 +1,52 @@
+/* SPDX-License-Identifier: MIT
+ * The only door to the operating system: clock, files, memory and processor counts. */
+#ifndef LOXO_BASE_OS_H
+#define LOXO_BASE_OS_H
+
+#include <loxo/context.h>
+
+double loxo_os_clock_s(void);     /* monotonic */
+double loxo_os_cpu_s(void);       /* user and system time of this process */
+size_t loxo_os_peak_rss(void);    /* most resident bytes of this process so far */
+size_t loxo_os_memory(void);      /* bytes of the machine, 0 when unknown */
+size_t loxo_os_memory_limit(void); /* what the control group grants, or loxo_os_memory() */
+int loxo_os_n_processors(void);   /* affinity and control-group quota, at least 1 */
+bool loxo_os_is_terminal(int fd);
+
+/* A file or stream being read. */
+typedef struct loxo_os_file {
+    int fd;
+    bool is_regular;   /* has a size */
+    int64_t n_bytes;   /* of a regular file when it was opened; -1 otherwise */
+} loxo_os_file;
+
+/* Opens for reading; "-" is standard input. Directories are LOXO_ERR_READ. */
+loxo_status loxo_os_open(loxo_context *ctx, const char *path, loxo_os_file *file);
+/* Reads until n bytes or the end, looping over short reads and EINTR; *got says how many. */
+loxo_status loxo_os_read(loxo_context *ctx, const loxo_os_file *file, void *bytes, size_t n, size_t *got);
+/* Reads at an offset of a regular file without moving (threads may call it); ctx may be NULL: no message then. */
+loxo_status loxo_os_read_at(loxo_context *ctx, const loxo_os_file *file, int64_t offset, void *bytes, size_t n,
+                            size_t *got);
+void loxo_os_close(loxo_os_file *file);
+
+/* A file being written beside its target and renamed into place by commit. abandon leaves nothing behind. */
+typedef struct loxo_os_output {
+    int fd, directory_fd;
+    bool is_stream; /* "-": standard output, nothing to rename */
+    char path[4097];
+    char target[4097];    /* file name within the directory, after following a symbolic link */
+    char temporary[4097]; /* its temporary neighbour */
+    int64_t n_bytes;
+} loxo_os_output;
+
+loxo_status loxo_os_output_check(loxo_context *ctx, const char *path); /* could create() work? */
+loxo_status loxo_os_output_create(loxo_context *ctx, const char *path, loxo_os_output *out);
+loxo_status loxo_os_output_write(loxo_context *ctx, loxo_os_output *out, const void *bytes, size_t n);
+/* Overwrites earlier bytes (a count that was not known); not for streams. */
+loxo_status loxo_os_output_write_at(loxo_context *ctx, loxo_os_output *out, int64_t offset, const void *bytes,
+                                    size_t n);
+loxo_status loxo_os_output_commit(loxo_context *ctx, loxo_os_output *out); /* fsync, rename, fsync of the directory */
+void loxo_os_output_abandon(loxo_os_output *out);                          /* also fine after commit or on {0} */
+
+/* A locale-independent handle for strtod_l and its kin is not needed: numbers are parsed by io/scan. */
+#endif
