@@ -8,7 +8,6 @@
 
 #include <loxo/context.h>
 
-#include <cmocka.h>
 #include <dirent.h>
 #include <math.h>
 #include <setjmp.h>
@@ -22,6 +21,11 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+/* cmocka.h stands on the headers above. */
+/* clang-format off */
+#include <cmocka.h>
+/* clang-format on */
+
 #define TEST_MAX_CASES 256
 
 typedef void (*test_body_fn)(void);
@@ -33,9 +37,9 @@ static loxo_context *test_context;
 
 /* A test of the name; constructors run in the order of the file. */
 #define TEST(name)                                                                                                     \
-    static void test_##name(void);                                                                                     \
-    __attribute__((constructor)) static void test_register_##name(void) { test_register(#name, test_##name); }         \
-    static void test_##name(void)
+    static void case_##name(void);                                                                                     \
+    __attribute__((constructor)) static void register_##name(void) { test_register(#name, case_##name); }              \
+    static void case_##name(void)
 
 /* ---- checks; each ends the test when it fails ---- */
 
