@@ -28,16 +28,16 @@ typedef enum loxo_geodesic_diffusion {
 typedef struct loxo_geodesic_settings {
     loxo_geodesic_method method;
     loxo_geodesic_diffusion diffusion;
-    double time_factor;         /* m of eq. (28): time = m * (mean edge length)^2; > 0 */
-    double diffusion_tolerance; /* change of the directions, eq. (8), that is still to come when a level is left */
-    int64_t n_sweeps;           /* of LOXO_DIFFUSION_SWEEPS */
-    double penalty;             /* mu of ADMM; > 0 */
-    int64_t n_iterations;       /* most ADMM iterations (I_max) */
-    double primal_tolerance;    /* epsilon_1, relative to the mean edge length: scale-free */
-    double dual_tolerance;      /* epsilon_2 */
-    bool global_constraints;    /* eqs. (23)-(26): cycles of surfaces that are no disk, paths between sources */
+    double time_factor;          /* m of eq. (28): time = m * (mean edge length)^2; > 0 */
+    double diffusion_tolerance;  /* change of the directions, eq. (8), that is still to come when a level is left */
+    int64_t n_sweeps;            /* of LOXO_DIFFUSION_SWEEPS */
+    double penalty;              /* mu of ADMM; > 0 */
+    int64_t n_iterations;        /* most ADMM iterations (I_max) */
+    double primal_tolerance;     /* epsilon_1, relative to the mean edge length: scale-free */
+    double dual_tolerance;       /* epsilon_2 */
+    bool global_constraints;     /* eqs. (23)-(26): cycles of surfaces that are no disk, paths between sources */
     double check_gradient_share; /* result fails its check when |grad d| is off 1 by over 10 % on more of the area */
-    double check_breach;         /* ... or when the 99th percentile of |d(a) - d(b)| / |ab| - 1 over the edges is more */
+    double check_breach; /* ... or when the 99th percentile of |d(a) - d(b)| / |ab| - 1 over the edges is more */
 } loxo_geodesic_settings;
 
 LOXO_API loxo_geodesic_settings loxo_geodesic_settings_default(void);
@@ -50,10 +50,10 @@ typedef enum loxo_stop_reason {
 } loxo_stop_reason;
 
 typedef enum loxo_geodesic_phase {
-    LOXO_GEODESIC_PHASE_PREPARE,   /* in create: workspace, mean edge length, cycles */
-    LOXO_GEODESIC_PHASE_LEVELS,    /* breadth-first levels */
+    LOXO_GEODESIC_PHASE_PREPARE, /* in create: workspace, mean edge length, cycles */
+    LOXO_GEODESIC_PHASE_LEVELS,  /* breadth-first levels */
     LOXO_GEODESIC_PHASE_DIFFUSION,
-    LOXO_GEODESIC_PHASE_GRADIENT,  /* directions and what ADMM starts from */
+    LOXO_GEODESIC_PHASE_GRADIENT, /* directions and what ADMM starts from */
     LOXO_GEODESIC_PHASE_ADMM,
     LOXO_GEODESIC_PHASE_INTEGRATE,
     LOXO_GEODESIC_PHASE_CHECK,
@@ -78,16 +78,16 @@ typedef struct loxo_geodesic_info {
     double mean_edge_length; /* h */
     int64_t n_sources;       /* after repeats were merged */
     int64_t n_levels;
-    int64_t max_window;      /* most levels in the window at once */
+    int64_t max_window; /* most levels in the window at once */
     bool diffusion_converged;
     double diffusion_change; /* estimate of the directions' change still to come, eq. (8) */
     double dual_residual;
-    int64_t n_constraints;   /* cycles and paths */
+    int64_t n_constraints;      /* cycles and paths */
     double constraint_residual; /* largest |line integral| over its chain's length at the end */
     /* the check of the answer */
-    int64_t n_unreached;         /* vertices at infinity: other components, unreferenced ones */
+    int64_t n_unreached; /* vertices at infinity: other components, unreferenced ones */
     int64_t n_components_reached;
-    int64_t n_nonpositive_heat;  /* vertices whose heat was not positive (negative cotangent weights) */
+    int64_t n_nonpositive_heat; /* vertices whose heat was not positive (negative cotangent weights) */
     double breach_percentile_50, breach_percentile_90, breach_percentile_99, breach_max;
     double gradient_share; /* share of the reached area where | |grad d| - 1 | > 0.1 */
     double distance_max;

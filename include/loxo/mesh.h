@@ -57,11 +57,11 @@ typedef struct loxo_statistics {
 
 typedef struct loxo_mesh_report {
     int64_t n_vertices, n_edges, n_faces;
-    int64_t n_components;        /* pieces of faces that share edges or vertices */
+    int64_t n_components; /* pieces of faces that share edges or vertices */
     int64_t n_boundary_edges;
-    int64_t n_boundary_loops;    /* -1 when non-manifold */
-    int64_t euler;               /* referenced vertices - edges + faces */
-    int64_t genus;               /* summed over components; -1 when non-manifold or not orientable */
+    int64_t n_boundary_loops; /* -1 when non-manifold */
+    int64_t euler;            /* referenced vertices - edges + faces */
+    int64_t genus;            /* summed over components; -1 when non-manifold or not orientable */
     bool is_manifold, is_orientable, is_oriented, is_closed;
     loxo_fault nonmanifold_edges;    /* first: one of the faces at it */
     loxo_fault nonmanifold_vertices; /* bow ties: the faces at the vertex form more than one fan */
@@ -72,15 +72,15 @@ typedef struct loxo_mesh_report {
     loxo_fault zero_area_faces;  /* three vertices, no area */
     loxo_fault duplicate_faces;  /* the same three vertices as a face of a lower number, either orientation */
     loxo_fault nonfinite_vertices;
-    double area;            /* of all faces */
-    double volume;          /* signed; 0 for open meshes */
+    double area;   /* of all faces */
+    double volume; /* signed; 0 for open meshes */
     double bounding_box[2][3];
     loxo_statistics edge_length;
-    loxo_statistics angle_rad;  /* of all corners */
-    double share_obtuse;        /* of the faces */
-    double share_nondelaunay;   /* of the interior edges: opposite angles sum to more than pi */
+    loxo_statistics angle_rad;       /* of all corners */
+    double share_obtuse;             /* of the faces */
+    double share_nondelaunay;        /* of the interior edges: opposite angles sum to more than pi */
     double share_negative_cotangent; /* of the edges: cot a + cot b < 0 */
-    double quality;             /* tau of eq. (27), parallel heat paper: mean of 2 sqrt(3) inradius / longest edge */
+    double quality; /* tau of eq. (27), parallel heat paper: mean of 2 sqrt(3) inradius / longest edge */
 } loxo_mesh_report;
 
 /* Looks at arrays and reports; changes nothing.
@@ -129,7 +129,7 @@ typedef struct loxo_mesh loxo_mesh;
 
 /* Order of vertices and faces in memory. Results always come back in the caller's order. */
 typedef enum loxo_order {
-    LOXO_ORDER_AUTO,    /* as given if that is local enough, else Hilbert */
+    LOXO_ORDER_AUTO, /* as given if that is local enough, else Hilbert */
     LOXO_ORDER_GIVEN,
     LOXO_ORDER_MORTON,
     LOXO_ORDER_HILBERT,
@@ -164,13 +164,13 @@ typedef struct loxo_mesh_view {
 } loxo_mesh_view;
 
 typedef struct loxo_mesh_info {
-    loxo_order order;           /* the one taken */
+    loxo_order order; /* the one taken */
     int64_t n_components, n_boundary_loops, euler, genus;
     int64_t n_unreferenced;
-    loxo_repair_info repair;    /* degenerate faces dropped and faces turned even without repair asked */
-    size_t mesh_bytes;          /* half-edges and positions */
-    size_t order_bytes;         /* permutation and parts on top */
-    size_t peak_bytes;          /* most that was allocated while building, the mesh included */
+    loxo_repair_info repair; /* degenerate faces dropped and faces turned even without repair asked */
+    size_t mesh_bytes;       /* half-edges and positions */
+    size_t order_bytes;      /* permutation and parts on top */
+    size_t peak_bytes;       /* most that was allocated while building, the mesh included */
     double reorder_s, halfedge_s, total_s;
 } loxo_mesh_info;
 
@@ -200,19 +200,19 @@ LOXO_API loxo_status loxo_mesh_estimate(int64_t n_vertices, int64_t n_faces, boo
 /* ---- generate ------------------------------------------------------------------------------------------------ */
 
 typedef enum loxo_shape {
-    LOXO_SHAPE_ICOSPHERE,  /* unit sphere, icosahedron split to any frequency */
-    LOXO_SHAPE_LATLONG,    /* unit sphere, meridians and parallels */
-    LOXO_SHAPE_ELLIPSOID,  /* icosphere times (1, 0.8, 0.6) or params */
-    LOXO_SHAPE_TORUS,      /* radii 1 and 0.4 or params */
-    LOXO_SHAPE_GENUS,      /* closed surface of genus params[0] */
-    LOXO_SHAPE_BUMPY,      /* the bumpy sphere of the benchmarks */
-    LOXO_SHAPE_NOISY,      /* icosphere, vertices moved at random by params[0] mean edge lengths, seeded */
-    LOXO_SHAPE_DISK,       /* flat unit disk */
-    LOXO_SHAPE_GRID,       /* flat unit square */
-    LOXO_SHAPE_STRIP,      /* flat strip one quad wide, unit squares */
-    LOXO_SHAPE_CYLINDER,   /* open, radius 1, height 2 or params */
-    LOXO_SHAPE_ANNULUS,    /* flat, radii 0.5 and 1 or params */
-    LOXO_SHAPE_BRAIN,      /* folded sphere, seeded */
+    LOXO_SHAPE_ICOSPHERE, /* unit sphere, icosahedron split to any frequency */
+    LOXO_SHAPE_LATLONG,   /* unit sphere, meridians and parallels */
+    LOXO_SHAPE_ELLIPSOID, /* icosphere times (1, 0.8, 0.6) or params */
+    LOXO_SHAPE_TORUS,     /* radii 1 and 0.4 or params */
+    LOXO_SHAPE_GENUS,     /* closed surface of genus params[0] */
+    LOXO_SHAPE_BUMPY,     /* the bumpy sphere of the benchmarks */
+    LOXO_SHAPE_NOISY,     /* icosphere, vertices moved at random by params[0] mean edge lengths, seeded */
+    LOXO_SHAPE_DISK,      /* flat unit disk */
+    LOXO_SHAPE_GRID,      /* flat unit square */
+    LOXO_SHAPE_STRIP,     /* flat strip one quad wide, unit squares */
+    LOXO_SHAPE_CYLINDER,  /* open, radius 1, height 2 or params */
+    LOXO_SHAPE_ANNULUS,   /* flat, radii 0.5 and 1 or params */
+    LOXO_SHAPE_BRAIN,     /* folded sphere, seeded */
     LOXO_N_SHAPES
 } loxo_shape;
 

@@ -10,9 +10,9 @@ extern "C" {
 #endif
 
 typedef struct loxo_progress {
-    const char *phase;   /* "read", "half-edges", "diffusion", ...; static storage */
-    double fraction;     /* share of the phase that is done, 0 to 1; negative when unknown */
-    int64_t iteration;   /* of the phase; for the diffusion: levels taken in */
+    const char *phase;    /* "read", "half-edges", "diffusion", ...; static storage */
+    double fraction;      /* share of the phase that is done, 0 to 1; negative when unknown */
+    int64_t iteration;    /* of the phase; for the diffusion: levels taken in */
     int64_t n_iterations; /* most there can be; 0 when unknown */
     double objective;     /* NaN where there is none */
     double residual;      /* NaN where there is none */

@@ -3,9 +3,9 @@
 #ifndef LOXO_BASE_CONTEXT_H
 #define LOXO_BASE_CONTEXT_H
 
-#include <stdarg.h>
-
 #include <loxo/context.h>
+
+#include <stdarg.h>
 
 #define LOXO_MAX_WARNINGS 64
 
@@ -19,8 +19,8 @@ typedef struct loxo_place {
 
 struct loxo_context {
     loxo_context_settings settings;
-    int n_threads; /* at least 1 */
-    loxo_isa isa;  /* never LOXO_ISA_AUTO */
+    int n_threads;                                 /* at least 1 */
+    loxo_isa isa;                                  /* never LOXO_ISA_AUTO */
     size_t current_bytes, peak_bytes, limit_bytes; /* touched atomically */
     loxo_failure failure;
     int n_warnings;

@@ -5,19 +5,19 @@
 
 #include <loxo/context.h>
 
-double loxo_os_clock_s(void);     /* monotonic */
-double loxo_os_cpu_s(void);       /* user and system time of this process */
-size_t loxo_os_peak_rss(void);    /* most resident bytes of this process so far */
-size_t loxo_os_memory(void);      /* bytes of the machine, 0 when unknown */
+double loxo_os_clock_s(void);      /* monotonic */
+double loxo_os_cpu_s(void);        /* user and system time of this process */
+size_t loxo_os_peak_rss(void);     /* most resident bytes of this process so far */
+size_t loxo_os_memory(void);       /* bytes of the machine, 0 when unknown */
 size_t loxo_os_memory_limit(void); /* what the control group grants, or loxo_os_memory() */
-int loxo_os_n_processors(void);   /* affinity and control-group quota, at least 1 */
+int loxo_os_n_processors(void);    /* affinity and control-group quota, at least 1 */
 bool loxo_os_is_terminal(int fd);
 
 /* A file or stream being read. */
 typedef struct loxo_os_file {
     int fd;
-    bool is_regular;   /* has a size */
-    int64_t n_bytes;   /* of a regular file when it was opened; -1 otherwise */
+    bool is_regular; /* has a size */
+    int64_t n_bytes; /* of a regular file when it was opened; -1 otherwise */
 } loxo_os_file;
 
 /* Opens for reading; "-" is standard input. Directories are LOXO_ERR_READ. */
@@ -48,5 +48,7 @@ loxo_status loxo_os_output_write_at(loxo_context *ctx, loxo_os_output *out, int6
 loxo_status loxo_os_output_commit(loxo_context *ctx, loxo_os_output *out); /* fsync, rename, fsync of the directory */
 void loxo_os_output_abandon(loxo_os_output *out);                          /* also fine after commit or on {0} */
 
-/* A locale-independent handle for strtod_l and its kin is not needed: numbers are parsed by io/scan. */
+/* strtod in the C locale, whatever the host has set: the slow, correctly rounded way for what io/scan does not do fast. */
+double loxo_os_strtod(const char *text, char **end);
+
 #endif

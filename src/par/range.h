@@ -4,9 +4,9 @@
 #ifndef LOXO_PAR_RANGE_H
 #define LOXO_PAR_RANGE_H
 
-#include <stdint.h>
-
 #include "base/context.h"
+
+#include <stdint.h>
 
 typedef struct loxo_range {
     int64_t begin, end;
@@ -26,7 +26,7 @@ int loxo_thread_id(void);
 int loxo_thread_count(void);
 
 #define LOXO_SUM_BLOCK 4096
-#define LOXO_SUM_MAX 8
+#define LOXO_SUM_MAX   8
 
 /* Adds up to LOXO_SUM_MAX sums over 0..n-1. partial is called for each block of LOXO_SUM_BLOCK and adds to sums; the
  * blocks are added in order. */
