@@ -164,7 +164,8 @@ static void set_file(loxo_failure *failure, const char *file)
     escape_controls(failure->file, sizeof failure->file);
 }
 
-static loxo_status fail_with(loxo_context *ctx, loxo_status status, loxo_place place, const char *format, va_list args)
+static __attribute__((format(printf, 4, 0))) loxo_status fail_with(loxo_context *ctx, loxo_status status,
+                                                                   loxo_place place, const char *format, va_list args)
 {
     if (ctx == NULL) return status;
     ctx->failure = (loxo_failure){.status = status, .line = place.line, .byte = place.byte, .element = place.element};
