@@ -17,8 +17,8 @@ typedef struct polygon {
     int64_t *previous, *next;      /* of the corners that are left */
     int64_t *cell_first;           /* [n_cells * n_cells], -1: empty */
     int64_t *cell_next;            /* [n] */
-    unsigned char *is_dent;        /* [n] not convex, and left */
-    unsigned char *is_in_cell;     /* [n] */
+    bool *is_dent;                 /* [n] not convex, and left */
+    bool *is_in_cell;              /* [n] */
     int64_t n_cells;               /* along a side of the grid */
     double origin[2], per_cell[2]; /* per_cell: cells a unit of length */
     int64_t n_left, work;
@@ -35,7 +35,7 @@ static int64_t cells_along_side(int64_t n)
 size_t loxo_polygon_room_bytes(int64_t n)
 {
     const int64_t n_cells = cells_along_side(n);
-    return (size_t)n * (2 * sizeof(double) + 3 * sizeof(int64_t) + 2) + (size_t)(n_cells * n_cells) * sizeof(int64_t);
+    return (size_t)n * (2 * sizeof(double) + 3 * sizeof(int64_t) + 2 * sizeof(bool)) + (size_t)(n_cells * n_cells) * sizeof(int64_t);
 }
 
 static void get_position(const loxo_soup *soup, loxo_index v, double p[3])
@@ -159,7 +159,7 @@ static void look_at(polygon *p, int64_t k)
         const int64_t cell = cell_along(p, 1, p->point[k][1]) * p->n_cells + cell_along(p, 0, p->point[k][0]);
         p->cell_next[k] = p->cell_first[cell];
         p->cell_first[cell] = k;
-        p->is_in_cell[k] = 1;
+        p->is_in_cell[k] = true;
     }
 }
 
@@ -196,7 +196,7 @@ static void cut_off(polygon *p, int64_t k)
     if (cross(p->point[a], p->point[k], p->point[c]) < 0.0) p->is_certain = false;
     p->next[a] = c;
     p->previous[c] = a;
-    p->is_dent[k] = 0;
+    p->is_dent[k] = false;
     --p->n_left;
     look_at(p, a);
     look_at(p, c);
@@ -249,7 +249,7 @@ bool loxo_polygon_triangulate(const loxo_soup *soup, const loxo_index *corner, i
     p.next = p.previous + n_corners;
     p.cell_next = p.next + n_corners;
     p.cell_first = p.cell_next + n_corners;
-    p.is_dent = (unsigned char *)(p.cell_first + cells_along_side(n_corners) * cells_along_side(n_corners));
+    p.is_dent = (bool *)(p.cell_first + cells_along_side(n_corners) * cells_along_side(n_corners));
     p.is_in_cell = p.is_dent + n_corners;
     if (!project(soup, &p)) {
         fan(&p, triangle);
@@ -264,7 +264,7 @@ bool loxo_polygon_triangulate(const loxo_soup *soup, const loxo_index *corner, i
     for (int64_t k = 0; k < p.n; ++k) {
         p.previous[k] = k == 0 ? p.n - 1 : k - 1;
         p.next[k] = k + 1 == p.n ? 0 : k + 1;
-        p.is_in_cell[k] = 0;
+        p.is_in_cell[k] = false;
     }
     for (int64_t k = 0; k < p.n; ++k)
         look_at(&p, k);
