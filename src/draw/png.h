@@ -1,0 +1,13 @@
+/* SPDX-License-Identifier: MIT
+ * PNG files. */
+#ifndef LOXO_DRAW_PNG_H
+#define LOXO_DRAW_PNG_H
+
+#include "base/os.h"
+
+/* LOXO_OK where this build can write PNG, else LOXO_ERR_UNSUPPORTED. */
+loxo_status loxo_draw_png_available(loxo_context *ctx);
+/* Writes rgb [height][width][3], sRGB, into the open output. */
+loxo_status loxo_draw_png_write(loxo_context *ctx, loxo_os_output *out, const uint8_t *rgb, int width, int height);
+
+#endif
