@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * Thin names over cmocka. Include it first, write TEST(name) { ... } as often as you like: each registers itself, and
+ * Thin names over cmocka. Write TEST(name) { ... } as often as you like: each registers itself, and
  * main() stands here, so a test program is one file. A word on its command line filters the tests (? and * match).
  *
  * Every test finds a fresh test_context and fails when it leaves bytes allocated in it. */
