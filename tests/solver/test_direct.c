@@ -152,18 +152,18 @@ TEST(mean_edge_length_counts_every_edge_once)
 
 TEST(heat_does_not_underflow_on_a_long_strip)
 {
-    enum { N = 6000 };
-    double *position, *value = loxo_allocate(test_context, 2 * (N + 1), sizeof *value);
-    int32_t *scale = loxo_allocate(test_context, 2 * (N + 1), sizeof *scale);
+    const int64_t n = 6000;
+    double *position, *value = loxo_allocate(test_context, 2 * (n + 1), sizeof *value);
+    int32_t *scale = loxo_allocate(test_context, 2 * (n + 1), sizeof *scale);
     loxo_index *triangle;
     bench_direct_info info;
-    const loxo_mesh_arrays m = strip(N, &position, &triangle);
+    const loxo_mesh_arrays m = strip(n, &position, &triangle);
     CHECK_OK(bench_direct_heat(test_context, &m, 1.0, (const loxo_index[]){0}, 1, value, scale, &info));
-    CHECK(scale[2 * N] < -5000); /* far below the smallest double, 2^-1074 */
+    CHECK(scale[2 * n] < -5000); /* far below the smallest double, 2^-1074 */
     CHECK(info.residual < 1e-17);
     CHECK_EQUAL(info.n_nonpositive, 0);
     /* Far from the source the heat falls by the same factor from rung to rung, up to the small waves. */
-    for (int i = 100; i + 1 < N - 100; ++i) {
+    for (int64_t i = 100; i + 1 < n - 100; ++i) {
         const double ratio = ldexp(value[2 * i + 2] / value[2 * i], scale[2 * i + 2] - scale[2 * i]);
         CHECK(ratio > 0.3 && ratio < 0.5);
     }
