@@ -103,7 +103,8 @@ static void draw_bar(const loxo_draw_scene *scene, const loxo_draw_layout *l, co
     const loxo_draw_rectangle bar = {floor(l->bar.left), floor(l->bar.top), floor(l->bar.right), floor(l->bar.bottom)};
     const double length = bar.bottom - bar.top;
     if (scene->has_range) {
-        for (double y = bar.top; y < bar.bottom; y += 1.0) {
+        for (int64_t i = 0; i < (int64_t)length; ++i) {
+            const double y = bar.top + (double)i;
             const loxo_draw_rectangle row = {bar.left, y, bar.right, y + 1.0};
             double color[3];
             uint8_t rgb[3];

@@ -23,7 +23,7 @@ loxo_status loxo_draw_mark_vertices(loxo_context *ctx, loxo_draw_scene *scene)
                     if (bad > f) bad = f;
                     continue;
                 }
-                const float one = 1.0F; /* threads that meet here write the same */
+                float one = 1.0F; /* threads that meet here write the same */
                 __atomic_store(&scene->inverse_depth[v], &one, __ATOMIC_RELAXED);
             }
         }

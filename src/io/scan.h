@@ -15,14 +15,14 @@ typedef enum loxo_scan {
     LOXO_SCAN_NONFINITE, /* a double that is NaN or infinite, spelled or by overflow (1e400); the value is set */
 } loxo_scan;
 
-/* The number that starts exactly at *p and must fill the whole token; *p moves behind the token, whatever the answer.
+/* The number that starts exactly at *at and must fill the whole token; *at moves behind the token, whatever the answer.
  * Doubles are correctly rounded; underflow is no fault. `+1`, `.5`, `1.`, `1E5`, and as not finite `nan`, `-inf`,
  * `infinity` in any case, `nan(7)`, `-1.#IND` are known. value is untouched by LOXO_SCAN_BAD. */
-loxo_scan loxo_scan_double(const char **p, const char *end, double *value);
-loxo_scan loxo_scan_int64(const char **p, const char *end, int64_t *value);
+loxo_scan loxo_scan_double(const char **at, const char *end, double *value);
+loxo_scan loxo_scan_int64(const char **at, const char *end, int64_t *value);
 
-/* The integer at *p up to the first character that is no digit, as in `1/2/3`; *p moves there. */
-loxo_scan loxo_scan_int64_prefix(const char **p, const char *end, int64_t *value);
+/* The integer at *at up to the first character that is no digit, as in `1/2/3`; *at moves there. */
+loxo_scan loxo_scan_int64_prefix(const char **at, const char *end, int64_t *value);
 
 /* Space, tab, line feed, vertical tab, form feed, carriage return. */
 static inline bool loxo_is_space(char c) { return c == ' ' || (unsigned char)(c - '\t') < 5; }
