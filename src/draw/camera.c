@@ -2,6 +2,7 @@
 #include "draw/scene.h"
 #include "par/range.h"
 
+#include <float.h>
 #include <math.h>
 
 /* From the camera to the middle of the mesh, in radii: far enough that lengths stay comparable, near enough that the
@@ -100,7 +101,7 @@ static void measure_box(loxo_context *ctx, loxo_draw_scene *scene, int64_t *n_dr
         for (int k = 0; k < 3; ++k)
             half[k] /= longest;
         /* The rounding of the centre leaves points at most a few units in the last place outside. */
-        scene->radius = fmin(longest * sqrt(loxo_draw_dot(half, half)), 1e308);
+        scene->radius = fmin(longest * sqrt(loxo_draw_dot(half, half)), DBL_MAX);
         if (!(scene->radius >= 1e-307)) scene->radius = 1e-307; /* quotients of denormal numbers would be coarse */
     }
 }

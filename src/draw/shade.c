@@ -204,6 +204,7 @@ static void add_sample(const studio *room, const facet *t, int64_t x, int64_t y,
         const int i = (int)lrint(fmin(fmax(place, 0.0), 1.0) * (LOXO_DRAW_N_COLORS - 1));
         const double cover = room->scene->isoline_step > 0.0 ? line_cover(room, t, place, per_sum) : 0.0;
         shade *= 1.0 - cover * (1.0 - LINE_LIGHT);
+        gloss *= 1.0 - cover;
         for (int k = 0; k < 3; ++k)
             color[k] = (double)room->palette->light[i][k];
     }
