@@ -26,6 +26,8 @@ struct loxo_context {
     int n_warnings;
     loxo_warning warnings[LOXO_MAX_WARNINGS];
     char warning_kinds[LOXO_MAX_WARNINGS][48];
+    loxo_machine machine; /* of loxo_machine_get, which looks once a context */
+    bool machine_is_known;
     double call_start_s;    /* clock when the outermost library call began */
     double last_progress_s; /* clock of the last call of the monitor */
 };
