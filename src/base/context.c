@@ -16,6 +16,9 @@
 #define MAX_THREADS            4096
 #define PROGRESS_INTERVAL_S    0.02
 
+#undef loxo_fail /* macros of these names help analyzers elsewhere */
+#undef loxo_fail_at
+
 static bool isa_is_here(loxo_isa isa)
 {
     switch (isa) {

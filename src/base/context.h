@@ -38,6 +38,12 @@ loxo_status loxo_fail(loxo_context *ctx, loxo_status status, const char *format,
     __attribute__((format(printf, 3, 4)));
 loxo_status loxo_fail_at(loxo_context *ctx, loxo_status status, loxo_place place, const char *format, ...)
     __attribute__((format(printf, 4, 5)));
+/* An analyzer that cannot see into them shall know what they return. */
+#ifdef __clang_analyzer__
+#define LOXO_FIRST_OF(first, ...) (first)
+#define loxo_fail(ctx, ...)       (loxo_fail((ctx), __VA_ARGS__), LOXO_FIRST_OF(__VA_ARGS__, 0))
+#define loxo_fail_at(ctx, ...)    (loxo_fail_at((ctx), __VA_ARGS__), LOXO_FIRST_OF(__VA_ARGS__, 0))
+#endif
 /* Fills in the file name of the last failure when it has none yet. */
 void loxo_failure_set_file(loxo_context *ctx, const char *file);
 /* Counts a warning of a kind (a short fixed key); the text of the last call of a kind stands: callers give the total. */

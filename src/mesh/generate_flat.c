@@ -12,8 +12,9 @@
 static void grid_positions(const loxo_generator *g, int64_t begin, int64_t end, double (*position)[3])
 {
     for (int64_t i = begin; i < end; ++i) {
-        position[i - begin][0] = (double)(i % g->n_u) / (double)(g->n_u - 1);
-        position[i - begin][1] = (double)(i / g->n_u) / (double)(g->n_v - 1);
+        const int64_t u = i % g->n_u, v = i / g->n_u;
+        position[i - begin][0] = (double)u / (double)(g->n_u - 1);
+        position[i - begin][1] = (double)v / (double)(g->n_v - 1);
         position[i - begin][2] = 0.0;
     }
 }
@@ -23,7 +24,8 @@ static void strip_positions(const loxo_generator *g, int64_t begin, int64_t end,
 {
     (void)g;
     for (int64_t i = begin; i < end; ++i) {
-        position[i - begin][0] = (double)(i / 2);
+        const int64_t column = i / 2;
+        position[i - begin][0] = (double)column;
         position[i - begin][1] = i % 2 == 0 ? 1.0 : 0.0;
         position[i - begin][2] = 0.0;
     }
@@ -32,10 +34,11 @@ static void strip_positions(const loxo_generator *g, int64_t begin, int64_t end,
 static void cylinder_positions(const loxo_generator *g, int64_t begin, int64_t end, double (*position)[3])
 {
     for (int64_t i = begin; i < end; ++i) {
-        const double angle = 2.0 * PI * (double)(i % g->n_u) / (double)g->n_u;
+        const int64_t u = i % g->n_u, v = i / g->n_u;
+        const double angle = 2.0 * PI * (double)u / (double)g->n_u;
         position[i - begin][0] = g->params[0] * cos(angle);
         position[i - begin][1] = g->params[0] * sin(angle);
-        position[i - begin][2] = g->params[1] * (double)(i / g->n_u) / (double)(g->n_v - 1);
+        position[i - begin][2] = g->params[1] * (double)v / (double)(g->n_v - 1);
     }
 }
 
@@ -43,8 +46,9 @@ static void cylinder_positions(const loxo_generator *g, int64_t begin, int64_t e
 static void torus_positions(const loxo_generator *g, int64_t begin, int64_t end, double (*position)[3])
 {
     for (int64_t i = begin; i < end; ++i) {
-        const double tube = -2.0 * PI * (double)(i % g->n_u) / (double)g->n_u;
-        const double ring = 2.0 * PI * (double)(i / g->n_u) / (double)g->n_v;
+        const int64_t u = i % g->n_u, v = i / g->n_u;
+        const double tube = -2.0 * PI * (double)u / (double)g->n_u;
+        const double ring = 2.0 * PI * (double)v / (double)g->n_v;
         const double r = g->params[0] + g->params[1] * cos(tube);
         position[i - begin][0] = r * cos(ring);
         position[i - begin][1] = r * sin(ring);
@@ -152,6 +156,7 @@ static void ring_faces(const loxo_generator *g, int64_t begin, int64_t end, loxo
         const int64_t in_ring = f + hole - 6 * (k - 1) * (k - 1);
         const int64_t sector = in_ring / (2 * k - 1), place = in_ring % (2 * k - 1), a = place / 2;
         const int64_t outer = before_ring(g, k), inner = before_ring(g, k - 1);
+        /* k is 1 or more here. NOLINTNEXTLINE(clang-analyzer-core.DivideZero) */
         const int64_t outer_next = outer + (sector * k + a + 1) % (6 * k);
         const int64_t inner_here = k == 1 ? inner : inner + (sector * (k - 1) + a) % (6 * (k - 1));
         loxo_index *t = triangle[f - begin];

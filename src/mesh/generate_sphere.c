@@ -74,7 +74,7 @@ static void icosphere_faces(const loxo_generator *g, int64_t begin, int64_t end,
 static void icosphere_positions(const loxo_generator *g, int64_t begin, int64_t end, double (*position)[3])
 {
     const int64_t n = g->n_u;
-    double corner[4][3];
+    double corner[4][3] = {{0.0}};
     int64_t have = -1;
     for (int64_t v = begin; v < end; ++v) {
         double *p = position[v - begin];
@@ -207,8 +207,9 @@ static void latlong_positions(const loxo_generator *g, int64_t begin, int64_t en
             p[2] = v == 0 ? 1.0 : -1.0;
             continue;
         }
-        const double polar = 3.141592653589793 * (double)((v - 1) / g->n_u + 1) / (double)(g->n_v + 1);
-        const double azimuth = 6.283185307179586 * (double)((v - 1) % g->n_u) / (double)g->n_u;
+        const int64_t parallel = (v - 1) / g->n_u + 1, meridian = (v - 1) % g->n_u;
+        const double polar = 3.141592653589793 * (double)parallel / (double)(g->n_v + 1);
+        const double azimuth = 6.283185307179586 * (double)meridian / (double)g->n_u;
         p[0] = sin(polar) * cos(azimuth);
         p[1] = sin(polar) * sin(azimuth);
         p[2] = cos(polar);
