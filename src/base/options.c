@@ -203,6 +203,9 @@ int loxo_option_print(const loxo_option *option, const void *settings, char *tex
             }
             if (length < 0 || (size_t)length >= n || loxo_os_strtod(text, NULL) == value) break;
         }
+        /* %g takes to exponents as soon as digits are fewer than the number has before the point: 3e+01. */
+        if (fabs(value) < 1e15 && fabs(value) >= 1.0 && length > 0 && (size_t)length < n && strchr(text, 'e') != NULL)
+            length = snprintf(text, n, "%.0f", value);
         return length;
     }
     }
