@@ -1,0 +1,266 @@
+/* SPDX-License-Identifier: MIT
+ * loxo geodesic: distances over a surface from a set of source vertices. */
+#include "base/os.h"
+#include "commands.h"
+#include "geodesic_report.h"
+#include "measure_rows.h"
+#include "picture.h"
+#include "run.h"
+#include "sources.h"
+
+#include <math.h>
+#include <string.h>
+
+typedef struct geodesic_state {
+    cli_common common;
+    loxo_mesh_settings mesh;
+    loxo_geodesic_settings geodesic;
+    loxo_draw_settings draw;
+} geodesic_state;
+
+static void set_defaults(void *state)
+{
+    *(geodesic_state *)state = (geodesic_state){.mesh = loxo_mesh_settings_default(),
+                                                .geodesic = loxo_geodesic_settings_default(),
+                                                .draw = loxo_draw_settings_default()};
+}
+
+/* One file that receives the distances. */
+typedef struct output {
+    const char *path;
+    loxo_write_settings write;
+    cli_kind kind;
+} output;
+
+typedef struct outputs {
+    output file[CLI_MAX_FILES];
+    int n;
+    const char *picture;
+} outputs;
+
+/* Everything that can be wrong with the files, before the long work. */
+static loxo_status check_files(cli_run *run, bool is_estimate, outputs *outs)
+{
+    const char *path, *exact = cli_args_value(&run->args, "exact", 0);
+    const char *format = cli_args_value(&run->args, "format", 0);
+    loxo_status status;
+    for (int cursor = 0; (path = cli_args_next(&run->args, "output", &cursor)) != NULL;) {
+        output o = {.path = path, .write = loxo_write_settings_default(), .kind = CLI_FIELD};
+        if ((status = cli_output_format(run, path, format, false, &o.write.format, &o.kind)) < 0) return status;
+        if ((status = cli_output(run, path)) < 0) return status; /* refuses more than fit */
+        outs->file[outs->n++] = o;
+    }
+    outs->picture = cli_args_value(&run->args, "picture", 0);
+    if (outs->picture != NULL && (status = cli_output(run, outs->picture)) < 0) return status;
+    if (outs->n == 0 && outs->picture == NULL && exact == NULL && run->json_path == NULL && !is_estimate)
+        return cli_fail(run, LOXO_ERR_ARGUMENT, "geodesic: no output; give -o FILE, --picture, --json or --exact");
+    if (exact != NULL && strcmp(exact, "-") != 0) {
+        loxo_os_file file;
+        if ((status = loxo_os_open(run->ctx, exact, &file)) < 0) return status;
+        loxo_os_close(&file);
+    }
+    return LOXO_OK;
+}
+
+static loxo_status estimate(cli_run *run, const geodesic_state *s, const loxo_soup *soup)
+{
+    size_t mesh_bytes = 0, build_bytes = 0, work_bytes = 0;
+    double seconds = NAN;
+    const size_t read_bytes = cli_soup_bytes(soup), result_bytes = sizeof(double) * (size_t)soup->n_vertices;
+    loxo_status status = loxo_mesh_estimate(soup->n_vertices, soup->n_faces, soup->position_float != NULL, &s->mesh,
+                                            &mesh_bytes, &build_bytes);
+    if (status < 0) return status;
+    status = loxo_geodesic_estimate(run->ctx, soup->n_vertices, soup->n_faces, &s->geodesic, &work_bytes, &seconds);
+    if (status < 0) return status;
+    const size_t solve_bytes = mesh_bytes + work_bytes + result_bytes;
+    cli_estimate_part(run, "read_bytes", read_bytes);
+    cli_estimate_part(run, "build_bytes", build_bytes);
+    cli_estimate_part(run, "mesh_bytes", mesh_bytes);
+    cli_estimate_part(run, "workspace_bytes", work_bytes);
+    cli_estimate_part(run, "result_bytes", result_bytes);
+    cli_estimate(run, solve_bytes > build_bytes ? solve_bytes : build_bytes, seconds);
+    return LOXO_OK;
+}
+
+/* Hands the arrays of the soup over to a mesh; fields that came along are of no use here. */
+static loxo_status make_mesh(cli_run *run, const geodesic_state *s, loxo_soup *soup, loxo_mesh **mesh)
+{
+    const loxo_mesh_arrays arrays = loxo_soup_arrays(soup);
+    loxo_mesh_info info = {0};
+    soup->position = NULL; /* adopted, whatever happens */
+    soup->position_float = NULL;
+    soup->triangle = NULL;
+    loxo_soup_destroy(run->ctx, soup);
+    const double start_s = loxo_os_clock_s();
+    const loxo_status status = loxo_mesh_create(run->ctx, &arrays, LOXO_ADOPT, &s->mesh, &info, mesh);
+    if (status < 0) return status;
+    (void)cli_seconds(run, "mesh", start_s);
+    const loxo_mesh_view view = loxo_mesh_get_view(*mesh);
+    cli_report_mesh(run, &info, &view);
+    if (info.n_components > 1)
+        cli_warn(run, info.n_components, "%lld components; those without a source stay at infinity",
+                 (long long)info.n_components);
+    return cli_combine(run, status);
+}
+
+static loxo_status solve(cli_run *run, const geodesic_state *s, const loxo_mesh *mesh, const cli_sources *sources,
+                         double *distance)
+{
+    enum { MOST_SHOWN = 1024 };
+    loxo_geodesic *geodesic = NULL;
+    loxo_geodesic_info info = {0};
+    json_t *list = json_put_array(run->report.json, "sources");
+    for (int64_t i = 0; i < sources->n && i < MOST_SHOWN; ++i)
+        (void)json_array_append_new(list, json_integer(sources->vertex[i]));
+    const double start_s = loxo_os_clock_s();
+    loxo_status status = loxo_geodesic_create(run->ctx, mesh, &s->geodesic, &geodesic);
+    if (status < 0) return status;
+    status = loxo_geodesic_solve(geodesic, sources->vertex, sources->n, distance, &info);
+    loxo_geodesic_destroy(geodesic);
+    if (status < 0) return status;
+    if (status == LOXO_STOPPED && !run->common->keep_partial) return LOXO_ERR_STOPPED;
+    (void)cli_seconds(run, "solve", start_s);
+    cli_report_geodesic(run, &info, loxo_mesh_n_vertices(mesh));
+    if (info.n_unreached > 0)
+        cli_warn(run, info.n_unreached, "%lld vertices cannot be reached from a source: infinity",
+                 (long long)info.n_unreached);
+    return cli_combine(run, status);
+}
+
+/* Files that carry the mesh too, and the picture: the caller's arrays are made again, for as long as this takes. */
+static loxo_status write_meshes(cli_run *run, const geodesic_state *s, const outputs *outs, const loxo_mesh *mesh,
+                                double *distance)
+{
+    loxo_soup soup = {0};
+    loxo_field field = {.name = "distance", .value = distance};
+    loxo_status status = cli_soup_of_mesh(run, mesh, &soup);
+    if (status < 0) return status;
+    soup.fields = &field;
+    soup.n_fields = 1;
+    for (int i = 0; i < outs->n && status >= 0; ++i) {
+        if (outs->file[i].kind != CLI_MESH) continue;
+        status = loxo_write_mesh(run->ctx, outs->file[i].path, &soup, &outs->file[i].write);
+        if (status >= 0) cli_wrote(run, outs->file[i].path);
+    }
+    if (status >= 0 && outs->picture != NULL) status = cli_picture(run, &soup, distance, &s->draw, outs->picture);
+    soup.fields = NULL; /* the caller's */
+    soup.n_fields = 0;
+    loxo_soup_destroy(run->ctx, &soup);
+    return status;
+}
+
+static loxo_status write_files(cli_run *run, const geodesic_state *s, const outputs *outs, const loxo_mesh *mesh,
+                               double *distance)
+{
+    const double start_s = loxo_os_clock_s();
+    const int64_t n = loxo_mesh_n_vertices(mesh);
+    bool need_mesh = outs->picture != NULL;
+    loxo_status status = cli_before_output(run);
+    for (int i = 0; i < outs->n && status >= 0; ++i) {
+        if (outs->file[i].kind == CLI_MESH) {
+            need_mesh = true;
+            continue;
+        }
+        status = loxo_write_field(run->ctx, outs->file[i].path, "distance", distance, n, &outs->file[i].write);
+        if (status >= 0) cli_wrote(run, outs->file[i].path);
+    }
+    if (status >= 0 && need_mesh) status = write_meshes(run, s, outs, mesh, distance);
+    if (status >= 0) (void)cli_seconds(run, "write", start_s);
+    return status;
+}
+
+static loxo_status geodesic_main(cli_run *run, void *state)
+{
+    geodesic_state *s = state;
+    const char *exact = cli_args_value(&run->args, "exact", 0);
+    outputs outs = {.n = 0};
+    cli_sources sources = {0};
+    loxo_soup soup = {0};
+    loxo_mesh *mesh = NULL;
+    double *distance = NULL;
+    loxo_status status;
+    s->draw.title = cli_args_value(&run->args, "title", 0);
+    s->draw.unit = cli_args_value(&run->args, "unit", 0);
+    if (!s->common.estimate && (status = cli_sources_check(run)) < 0) return status;
+    if ((status = check_files(run, s->common.estimate, &outs)) < 0) return status;
+    if ((status = cli_read_mesh(run, run->args.operand[0], &soup)) < 0) return status;
+    if (s->common.estimate) {
+        status = estimate(run, s, &soup);
+        goto done;
+    }
+    sources.n_vertices = soup.n_vertices;
+    if ((status = cli_sources_read(run, &sources)) < 0) goto done;
+    if ((status = make_mesh(run, s, &soup, &mesh)) < 0) goto done;
+    const loxo_mesh_view view = loxo_mesh_get_view(mesh);
+    if ((status = cli_sources_nearest(run, &view, &sources)) < 0) goto done;
+    status = LOXO_ERR_MEMORY;
+    if ((distance = loxo_allocate(run->ctx, loxo_mesh_n_vertices(mesh), sizeof *distance)) == NULL) goto done;
+    if ((status = solve(run, s, mesh, &sources, distance)) < 0) goto done;
+    if ((status = cli_before_output(run)) < 0) goto done;
+    if (exact != NULL && (status = cli_measure_against(run, exact, distance, loxo_mesh_n_vertices(mesh))) < 0)
+        goto done;
+    status = write_files(run, s, &outs, mesh, distance);
+done:
+    cli_sources_destroy(run, &sources);
+    loxo_release(run->ctx, distance);
+    loxo_mesh_destroy(mesh);
+    loxo_soup_destroy(run->ctx, &soup);
+    return status;
+}
+
+static const cli_flag geodesic_flags[] = {
+    {.name = "source",
+     .letter = 's',
+     .values = "V,..",
+     .n_values = 1,
+     .repeats = true,
+     .help = "source vertices, from 0"},
+    {.name = "sources",
+     .values = "FILE",
+     .n_values = 1,
+     .repeats = true,
+     .help = "the same from a text file; # comments"},
+    {.name = "source-point",
+     .values = "X,Y,Z",
+     .n_values = 1,
+     .repeats = true,
+     .help = "the vertex nearest to a point"},
+    {.name = "output",
+     .letter = 'o',
+     .values = "FILE",
+     .n_values = 1,
+     .repeats = true,
+     .help = "distances: .npy .csv .shape.gii; with the mesh: .ply .vtp .surf.gii"},
+    {.name = "format", .values = "F", .n_values = 1, .help = "of -o whatever its suffix, as npy"},
+    {.name = "picture", .values = "FILE.png", .n_values = 1, .help = "the mesh with the distances on it"},
+    {.name = "title", .values = "TEXT", .n_values = 1, .help = "over the picture"},
+    {.name = "unit", .values = "TEXT", .n_values = 1, .help = "beside the picture's scale bar"},
+    {.name = "exact", .values = "FILE", .n_values = 1, .help = "compare with these distances, eq. (29)"},
+    {.name = NULL},
+};
+static const cli_group geodesic_groups[] = {
+    {"geodesic", loxo_geodesic_options, offsetof(geodesic_state, geodesic)},
+    {"mesh", loxo_mesh_options, offsetof(geodesic_state, mesh)},
+    {"picture", loxo_draw_options, offsetof(geodesic_state, draw)},
+    {.title = NULL},
+};
+
+const cli_command command_geodesic = {
+    .name = "geodesic",
+    .operands = "MESH -s V,.. -o FILE [options]",
+    .summary = "distances over the surface from one or many sources",
+    .about =
+        "Reads a surface and computes the geodesic distance of every vertex from the sources by the parallel heat\n"
+        "method. Vertices that no source reaches get infinity. The answer is checked before it is given; one that\n"
+        "fails is written, marked in the report, and the exit code is 8.\n",
+    .examples = "  loxo geodesic bunny.off -s 0 -o distance.npy --picture bunny.png\n"
+                "  loxo geodesic brain.surf.gii -s 0,17 -o distance.shape.gii --json report.json\n"
+                "  loxo geodesic scan.ply --source-point 0.1,0,0.3 --method face -o distance.ply\n",
+    .min_operands = 1,
+    .max_operands = 1,
+    .flags = geodesic_flags,
+    .groups = geodesic_groups,
+    .state_bytes = sizeof(geodesic_state),
+    .defaults = set_defaults,
+    .main = geodesic_main,
+};
