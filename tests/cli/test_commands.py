@@ -1,0 +1,334 @@
+# SPDX-License-Identifier: MIT
+"""What each command does when all is well: numbers, files, rows and JSON."""
+import gzip
+import json
+import math
+import os
+import struct
+
+from harness import (IS_SANITIZED, SHARED, Skip, files, loxo, main, needs, needs_big_ids, npy, octahedron, off, read, sphere,
+                     test, three_at_an_edge, write)
+
+
+def report(path):
+    with open(path, encoding="utf-8") as f:
+        return json.load(f)
+
+
+@test
+def info_of_an_octahedron():
+    m = loxo("info", octahedron(), "--json", "-").is_code(0).json["mesh"]
+    want = {"n_vertices": 6, "n_edges": 12, "n_faces": 8, "n_components": 1, "euler": 2, "genus": 0,
+            "n_boundary_loops": 0, "is_manifold": True, "is_orientable": True, "is_oriented": True, "is_closed": True}
+    assert {k: m[k] for k in want} == want, m
+    assert math.isclose(m["area"], 4 * math.sqrt(3), rel_tol=1e-14)
+    assert math.isclose(m["volume"], 4 / 3, rel_tol=1e-14)
+    assert math.isclose(m["angle_rad"]["min"], math.pi / 3, rel_tol=1e-12)
+    assert math.isclose(m["edge_length"]["mean"], math.sqrt(2), rel_tol=1e-12)
+    assert m["bounding_box"] == [[-1, -1, -1], [1, 1, 1]]
+    assert all(f["count"] == 0 and f["first"] == [] for f in m["faults"].values())
+
+
+@test
+def info_counts_faults_and_names_the_first():
+    v = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (1, 0, 0), (5, 5, 5)]
+    mesh = off("faults.off", v, [(0, 1, 2), (0, 3, 3), (2, 1, 0)])
+    r = loxo("info", mesh, "--json", "-").is_code(0)
+    faults = r.json["mesh"]["faults"]
+    for key, first in (("duplicate_vertices", [3]), ("unreferenced_vertices", None), ("degenerate_faces", [1]),
+                       ("duplicate_faces", [2])):
+        assert faults[key]["count"] >= 1, (key, faults)
+        assert first is None or faults[key]["first"] == first, (key, faults)
+    r.has_err(r"^faults\.off: warning: 1 degenerate faces \(first: face 1\)$")
+
+
+@test
+def info_of_an_edge_with_three_faces():
+    m = loxo("info", three_at_an_edge(), "--json", "-").is_code(0).json["mesh"]
+    assert m["is_manifold"] is False and m["faults"]["nonmanifold_edges"]["count"] == 1
+
+
+@test
+def info_from_standard_input_and_gzip():
+    mesh = octahedron()
+    r = loxo("info", "-", "--json", "-", stdin=read(mesh)).is_code(0)
+    assert r.json["mesh"]["n_faces"] == 8
+    needs("zlib (gzip)")
+    write("o.off.gz", gzip.compress(read(mesh)))
+    assert loxo("info", "o.off.gz", "--json", "-").is_code(0).json["mesh"]["n_faces"] == 8
+
+
+@test
+def convert_there_and_back():
+    mesh = octahedron()
+    want = loxo("info", mesh, "--json", "-").json["mesh"]
+    for suffix in ("ply", "obj", "off", "surf.gii"):
+        if suffix == "surf.gii":
+            try:
+                needs("expat (GIFTI)")
+            except Skip:
+                continue
+        loxo("convert", mesh, "-o", f"x.{suffix}", "--quiet").is_code(0)
+        got = loxo("info", f"x.{suffix}", "--json", "-").is_code(0).json["mesh"]
+        assert got["n_faces"] == 8 and math.isclose(got["area"], want["area"], rel_tol=1e-6), (suffix, got)
+    r = loxo("convert", mesh, "-o", "-", "--format", "off").is_code(0)
+    assert r.out_bytes == read("x.off")
+
+
+@test
+def convert_subdivides_without_changing_the_surface():
+    mesh = octahedron()
+    loxo("convert", mesh, "-o", "x.ply", "--subdivide", "3").is_code(0).has_err(r"^result +258 vertices, 512 faces$")
+    m = loxo("info", "x.ply", "--json", "-").json["mesh"]
+    assert (m["n_vertices"], m["n_faces"], m["euler"]) == (258, 512, 2)
+    assert math.isclose(m["area"], 4 * math.sqrt(3), rel_tol=1e-12)
+
+
+@test
+def convert_shuffles_by_seed():
+    mesh = sphere("s.ply", 640)
+    for name, seed in (("a", 1), ("b", 1), ("c", 2)):
+        loxo("convert", mesh, "-o", f"{name}.ply", "--shuffle", "--seed", seed).is_code(0)
+    assert read("a.ply") == read("b.ply") != read("c.ply")
+    m, n = (loxo("info", x, "--json", "-").json["mesh"] for x in (mesh, "a.ply"))
+    assert m["n_edges"] == n["n_edges"] and math.isclose(m["area"], n["area"], rel_tol=1e-12)
+
+
+@test
+def convert_repairs_only_when_asked():
+    v = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (1, 0, 0), (0, 1, 0), (1, 1, 0), (9, 9, 9)]
+    mesh = off("torn.off", v, [(0, 1, 2), (3, 5, 4)])
+    loxo("convert", mesh, "-o", "same.off").is_code(0)
+    assert loxo("info", "same.off", "--json", "-").json["mesh"]["faults"]["duplicate_vertices"]["count"] == 2
+    loxo("convert", mesh, "-o", "mended.off", "--repair", "--drop-unreferenced", "--json", "r.json").is_code(0)
+    r = report("r.json")
+    assert r["status"] == "LOXO_REPAIRED"
+    assert r["repair"]["n_vertices_welded"] == 2 and r["repair"]["n_unreferenced_dropped"] >= 1, r["repair"]
+    m = loxo("info", "mended.off", "--json", "-").json["mesh"]
+    assert (m["n_vertices"], m["n_components"], m["n_boundary_loops"]) == (4, 1, 1), m
+
+
+@test
+def generate_shapes():
+    shapes = [line.split()[0] for line in loxo("help", "generate").out.splitlines()
+              if line.startswith("  ") and not line.startswith("  -") and not line.startswith("  loxo")]
+    shapes = [s for s in shapes if s.isalpha()]
+    assert "icosphere" in shapes and len(shapes) >= 10, shapes
+    for shape in shapes:
+        loxo("generate", shape, "--vertices", "1000", "-o", "x.ply", "--json", "r.json").is_code(0)
+        made, m = report("r.json")["mesh"], loxo("info", "x.ply", "--json", "-").json["mesh"]
+        assert (made["n_vertices"], made["n_faces"]) == (m["n_vertices"], m["n_faces"]), shape
+        assert 500 <= m["n_vertices"] <= 2000 and m["n_components"] == 1, (shape, m["n_vertices"])
+        assert m["is_manifold"] and m["is_orientable"] and m["is_oriented"], shape
+
+
+@test
+def generate_is_seeded():
+    for name, seed in (("a", 3), ("b", 3), ("c", 4)):
+        loxo("generate", "noisy", "--vertices", "700", "--seed", seed, "-o", f"{name}.ply").is_code(0)
+    assert read("a.ply") == read("b.ply") != read("c.ply")
+
+
+@test
+def generate_in_other_formats_and_widths():
+    loxo("generate", "icosphere", "--vertices", "600", "-o", "d.ply").is_code(0)
+    loxo("generate", "icosphere", "--vertices", "600", "-o", "f.ply", "--float").is_code(0)
+    loxo("generate", "icosphere", "--vertices", "600", "-o", "o.off").is_code(0)
+    d, f, o = (loxo("info", x, "--json", "-").is_code(0).json["mesh"] for x in ("d.ply", "f.ply", "o.off"))
+    assert d["n_faces"] == f["n_faces"] == o["n_faces"]
+    assert math.isclose(d["area"], o["area"], rel_tol=1e-12) and math.isclose(d["area"], f["area"], rel_tol=1e-5)
+    assert os.path.getsize("f.ply") < os.path.getsize("d.ply")
+    r = loxo("generate", "icosphere", "--vertices", "600", "-o", "-", "--format", "ply").is_code(0)
+    assert r.out_bytes.startswith(b"ply\n")
+
+
+@test
+def generate_with_exact_distances():
+    loxo("generate", "icosphere", "--vertices", "2000", "-o", "s.ply", "--exact-from", "5", "exact.npy").is_code(0)
+    d = npy("exact.npy")
+    assert d[5] == 0 and math.isclose(max(d), math.pi, rel_tol=0.02) and min(d) == 0
+    loxo("generate", "bumpy", "--vertices", "2000", "-o", "b.ply", "--exact-from", "0", "b.npy").is_code(5)
+    loxo("generate", "grid", "--vertices", "100", "-o", "g.ply", "--exact-from", "100000", "g.npy").fails(2, "not in 0")
+    assert files() == ["exact.npy", "s.ply"]
+
+
+@test
+def geodesic_on_a_sphere():
+    loxo("generate", "icosphere", "--vertices", "10000", "-o", "s.ply", "--exact-from", "0", "exact.npy").is_code(0)
+    for method in ("edge", "face"):
+        r = loxo("geodesic", "s.ply", "-s", "0", "--method", method, "-o", "d.npy", "--exact", "exact.npy", "--json",
+                 "r.json").is_code(0)
+        r.has_err(r"^error +mean \d+\.\d+ % \(eq\. 29\)").has_err(r"^check +passed")
+        j = report("r.json")
+        assert j["error"]["mean_relative"] < 0.02, (method, j["error"])
+        assert j["settings"]["geodesic"]["method"] == method
+        info = j["info"]
+        assert info["check_passed"] and info["diffusion_converged"] and info["n_sources"] == 1
+        assert set(info["phase_s"]) >= {"diffusion"} and info["total_s"] > 0
+        assert [f["file"] for f in j["files"]] == ["d.npy"] and j["files"][0]["bytes"] == os.path.getsize("d.npy")
+        d = npy("d.npy")
+        assert d[0] == 0 and math.isclose(max(d), info["distance_max"]) and 3.0 < max(d) < 3.3
+        m = loxo("measure", "d.npy", "exact.npy", "--json", "-").is_code(0).json["error"]
+        assert m == j["error"]
+
+
+@test
+def geodesic_writes_every_format():
+    mesh = sphere("s.ply", 700)
+    words = [w for n in ("d.npy", "d.csv", "d.ply", "d.vtp", "d.shape.gii", "d.surf.gii") for w in ("-o", n)]
+    loxo("geodesic", mesh, "-s", "0", *words, "--quiet").is_code(0)
+    assert files() == ["d.csv", "d.npy", "d.ply", "d.shape.gii", "d.surf.gii", "d.vtp", "s.ply"]
+    d = npy("d.npy")
+    csv = read("d.csv").decode().splitlines()
+    assert csv[0] == "vertex,distance" and len(csv) == len(d) + 1
+    assert all(float(line.split(",")[1]) == x for line, x in zip(csv[1:], d))
+    assert loxo("measure", "d.ply:distance", "d.npy", "--json", "-").is_code(0).json["error"]["max_absolute"] == 0
+    m, n = (loxo("info", x, "--json", "-").json["mesh"] for x in (mesh, "d.ply"))
+    assert m["area"] == n["area"] and m["n_faces"] == n["n_faces"]
+    loxo("geodesic", mesh, "-s", "0", "-o", "-", "--format", "npy").is_code(0)
+
+
+@test
+def geodesic_comes_back_in_the_callers_order():
+    mesh = sphere("s.ply", 2500)
+    results = []
+    for order in ("given", "hilbert", "morton", "bfs"):
+        loxo("geodesic", mesh, "-s", "3", "--order", order, "-o", "d.npy", "-o", "d.ply", "--quiet").is_code(0)
+        results.append(npy("d.npy"))
+        assert results[-1][3] == 0
+        assert loxo("measure", "d.ply:distance", "d.npy", "--json", "-").json["error"]["max_absolute"] == 0
+        positions = [read(x) for x in (mesh, "d.ply")]
+        rows = []
+        for data in positions:  # the first vertices: x y z are the first three doubles of a row
+            head = data.index(b"end_header\n") + len(b"end_header\n")
+            stride = 24 if b"distance" not in data[:head] else 32
+            rows.append([struct.unpack_from("<3d", data, head + stride * i) for i in range(50)])
+        assert rows[0] == rows[1], order
+    for other in results[1:]:
+        assert max(abs(a - b) for a, b in zip(results[0], other)) < 0.05
+
+
+@test
+def geodesic_sources_in_all_ways():
+    mesh = octahedron()
+    loxo("convert", mesh, "-o", "o.ply", "--subdivide", "3")
+    write("s.txt", "# poles\n4\n5 4\r\n5,4")
+    runs = [("-s", "4,5"), ("-s", "4", "-s", "5"), ("--source=5,4,4",), ("--sources", "s.txt"),
+            ("--source-point", "0,0,1.1", "--source-point", "0.001,0,-2"), ("-s", "4", "--source-point", "0,0,-1")]
+    results = []
+    for words in runs:
+        r = loxo("geodesic", "o.ply", *words, "-o", "d.npy", "--json", "-").is_code(0)
+        assert r.json["info"]["n_sources"] == 2, (words, r.json["info"])
+        results.append(read("d.npy"))
+    assert all(r == results[0] for r in results)
+    r = loxo("geodesic", "o.ply", "--source-point", "0,0,1.5", "-o", "d.npy").is_code(0)
+    r.has_err(r"^nearest +vertex 4 to 0,0,1\.5, 0\.5 away$")
+    r = loxo("geodesic", "o.ply", "--sources", "-", "-o", "d.npy", "--json", "-", stdin=b"4 5")
+    assert r.json["sources"] == [4, 5]
+
+
+@test
+def geodesic_many_sources():
+    mesh = sphere("s.ply", 2500)
+    write("all.txt", "\n".join(str(i) for i in range(2400)))
+    r = loxo("geodesic", mesh, "--sources", "all.txt", "-o", "d.npy", "--json", "-")
+    assert r.code in (0, 8) and r.json["info"]["n_sources"] == 2400, r
+    assert all(x == 0 for x in npy("d.npy")[:2400])
+
+
+@test
+def geodesic_on_two_components():
+    v = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]
+    w = v + [(x + 5, y, z) for x, y, z in v]
+    f = [(0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2)]
+    mesh = off("two.off", w, f + [tuple(i + 4 for i in t) for t in f])
+    r = loxo("geodesic", mesh, "-s", "0", "-o", "d.npy", "-o", "d.csv", "--json", "-")
+    assert r.code in (0, 8), r
+    r.has_err("warning: 4 vertices cannot be reached").has_err("warning: 2 components")
+    assert r.json["info"]["n_unreached"] == 4
+    assert [math.isinf(x) for x in npy("d.npy")] == [False] * 4 + [True] * 4
+
+
+@test
+def geodesic_estimate():
+    mesh = sphere("s.ply", 2500)
+    r = loxo("geodesic", mesh, "--estimate", "--json", "-").is_code(0)
+    e = r.json["estimate"]
+    assert e["peak_bytes"] > 76 * 2000 and e["seconds"] > 0 and e["fits"] is True, e
+    r = loxo("geodesic", mesh, "-s", "0", "-o", "d.npy", "--estimate").is_code(0)
+    r.has_out(r"^peak_bytes +\S").has_out(r"^seconds +about").has_out(r": fits$")
+    assert files() == ["s.ply"]
+    for words in (["info", mesh], ["convert", mesh, "--subdivide", "2"], ["generate", "grid", "--vertices", "1000000"],
+                  ["render", mesh]):
+        loxo(*words, "--estimate").is_code(0).has_out(r"^peak_bytes ")
+
+
+@test
+def geodesic_same_bits_for_any_number_of_threads():
+    mesh = sphere("s.ply", 20000)
+    want = None
+    for n in (1, 2, 3, 7):
+        loxo("geodesic", mesh, "-s", "0,77", "--threads", n, "-o", "d.npy", "--quiet").is_code(0)
+        want = want or read("d.npy")
+        assert read("d.npy") == want, n
+
+
+@test
+def geodesic_memory_of_the_process():
+    """The bound is 250 bytes a vertex, the program itself included; a sanitizer has memory of its own."""
+    needs_big_ids()
+    mesh = sphere("s.ply", 20000 if IS_SANITIZED else 1000000)
+    r = loxo("geodesic", mesh, "-s", "0", "-o", "d.npy", "--json", "-").is_code(0).json
+    per_vertex = r["memory"]["peak_resident_bytes"] / r["mesh"]["n_vertices"]
+    assert IS_SANITIZED or per_vertex <= 250, per_vertex
+
+
+@test
+def pictures():
+    needs("libpng (pictures)")
+    mesh = sphere("s.ply", 2500)
+    loxo("geodesic", mesh, "-s", "0", "-o", "d.npy", "-o", "d.ply", "--picture", "p.png", "--width", "320", "--height",
+         "200", "--title", "sphere").is_code(0).has_err(r"^wrote +p\.png")
+    data = read("p.png")
+    assert data.startswith(b"\x89PNG\r\n\x1a\n") and struct.unpack_from(">II", data, 16) == (320, 200)
+    loxo("render", mesh, "--field", "d.npy", "-o", "a.png", "--width", "160", "--height", "120").is_code(0)
+    loxo("render", "d.ply", "--field", "distance", "-o", "b.png", "--width", "160", "--height", "120").is_code(0)
+    assert read("a.png") == read("b.png")
+    loxo("render", mesh, "-o", "c.png", "--width", "160", "--height", "120").is_code(0)
+    assert read("c.png") != read("a.png")
+    loxo("render", mesh, "-o", "c.png", "--width", "4").fails(2, "width")
+
+
+@test
+def report_for_machines():
+    mesh = sphere("s.ply", 700)
+    loxo("geodesic", mesh, "-s", "0", "-o", "d.npy", "--json", "r.json", "--threads", "2").is_code(0)
+    r = report("r.json")
+    assert (r["command"], r["status"], r["exit_code"], r["input"], r["threads"]) == ("geodesic", "LOXO_OK", 0, "s.ply", 2)
+    assert {"read", "mesh", "solve", "write", "total", "processor"} <= set(r["seconds"])
+    assert {"peak_bytes", "limit_bytes", "peak_resident_bytes"} <= set(r["memory"])
+    assert {"geodesic", "mesh", "picture", "common"} == set(r["settings"])
+    assert r["warnings"] == [] and r["sources"] == [0]
+    text = read("r.json").decode("ascii")
+    assert "NaN" not in text and "Infinity" not in text and text.endswith("}\n")
+
+
+@test
+def measure_of_itself_is_zero():
+    mesh = sphere("s.ply", 700)
+    loxo("geodesic", mesh, "-s", "0", "-o", "d.npy", "-o", "d.csv", "--quiet")
+    e = loxo("measure", "d.csv", "d.npy", "--json", "-").is_code(0).json["error"]
+    assert e["max_absolute"] == e["mean_relative"] == 0 and e["n_mismatched"] == 0 and e["n_compared"] == len(npy("d.npy"))
+
+
+@test
+def real_meshes_where_they_are():
+    if not os.path.isdir(os.path.join(SHARED, "meshes", "surfaces")):
+        return  # the folder is no part of the project
+    kitten = os.path.join(SHARED, "meshes", "surfaces", "kitten10k.ply")
+    exact = os.path.join(SHARED, "meshes", "exact", "kitten_from0.npy")
+    r = loxo("geodesic", kitten, "-s", "0", "--exact", exact, "--json", "-").is_code(0)
+    assert r.json["error"]["mean_relative"] < 0.03 and r.json["mesh"]["genus"] >= 0, r.json["error"]
+
+
+main()
