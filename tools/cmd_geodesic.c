@@ -111,7 +111,7 @@ static loxo_status solve(cli_run *run, const geodesic_state *s, const loxo_mesh 
     loxo_geodesic_info info = {0};
     json_t *list = json_put_array(run->report.json, "sources");
     for (int64_t i = 0; i < sources->n && i < MOST_SHOWN; ++i)
-        (void)json_array_append_new(list, json_integer(sources->vertex[i]));
+        json_append(list, json_integer(sources->vertex[i]));
     const double start_s = loxo_os_clock_s();
     loxo_status status = loxo_geodesic_create(run->ctx, mesh, &s->geodesic, &geodesic);
     if (status < 0) return status;

@@ -47,7 +47,7 @@ static void report_faults(cli_run *run, const loxo_mesh_report *r)
         json_put_integer(fault, "count", f->count);
         json_t *first = json_put_array(fault, "first");
         for (int k = 0; k < f->n_first; ++k)
-            (void)json_array_append_new(first, json_integer(f->first[k]));
+            json_append(first, json_integer(f->first[k]));
         if (f->count == 0) continue;
         cli_warn(run, f->count, "%lld %s (first: %s %lld)", (long long)f->count, faults[i].label, faults[i].unit,
                  (long long)f->first[0]);
@@ -86,8 +86,8 @@ static void put_report(json_t *mesh, const loxo_mesh_report *r)
     for (int i = 0; i < 2; ++i) {
         json_t *corner = json_array();
         for (int k = 0; k < 3; ++k)
-            (void)json_array_append_new(corner, json_of_number(r->bounding_box[i][k]));
-        (void)json_array_append_new(box, corner);
+            json_append(corner, json_of_number(r->bounding_box[i][k]));
+        json_append(box, corner);
     }
     put_statistics(mesh, "edge_length", &r->edge_length);
     put_statistics(mesh, "angle_rad", &r->angle_rad);

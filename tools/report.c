@@ -36,6 +36,22 @@ void report_row(cli_report *report, const char *label, const char *format, ...)
     (void)fputc('\n', report->rows);
 }
 
+/* Set once memory ran out for a report: it is then not written, rather than written with holes. */
+static bool incomplete;
+
+bool json_is_complete(void) { return !incomplete; }
+
+/* jansson takes NULL for a value or an object, and says so. */
+static void put(json_t *object, const char *key, json_t *value)
+{
+    if (json_object_set_new(object, key, value) != 0) incomplete = true;
+}
+
+void json_append(json_t *array, json_t *value)
+{
+    if (json_array_append_new(array, value) != 0) incomplete = true;
+}
+
 json_t *json_of_number(double number) { return isfinite(number) ? json_real(number) : json_null(); }
 
 json_t *json_of_text(const char *text)
@@ -59,37 +75,25 @@ json_t *json_of_text(const char *text)
     return plain;
 }
 
-void json_put_number(json_t *object, const char *key, double number)
-{
-    (void)json_object_set_new(object, key, json_of_number(number));
-}
+void json_put_number(json_t *object, const char *key, double number) { put(object, key, json_of_number(number)); }
 
-void json_put_integer(json_t *object, const char *key, int64_t number)
-{
-    (void)json_object_set_new(object, key, json_integer(number));
-}
+void json_put_integer(json_t *object, const char *key, int64_t number) { put(object, key, json_integer(number)); }
 
-void json_put_text(json_t *object, const char *key, const char *text)
-{
-    (void)json_object_set_new(object, key, json_of_text(text));
-}
+void json_put_text(json_t *object, const char *key, const char *text) { put(object, key, json_of_text(text)); }
 
-void json_put_bool(json_t *object, const char *key, bool value)
-{
-    (void)json_object_set_new(object, key, json_boolean(value));
-}
+void json_put_bool(json_t *object, const char *key, bool value) { put(object, key, json_boolean(value)); }
 
 json_t *json_put_object(json_t *object, const char *key)
 {
     json_t *inner = json_object();
-    (void)json_object_set_new(object, key, inner);
+    put(object, key, inner);
     return inner;
 }
 
 json_t *json_put_array(json_t *object, const char *key)
 {
     json_t *inner = json_array();
-    (void)json_object_set_new(object, key, inner);
+    put(object, key, inner);
     return inner;
 }
 
@@ -118,7 +122,7 @@ void json_put_settings(json_t *object, const char *key, const loxo_option *optio
 {
     json_t *inner = json_put_object(object, key);
     for (; options->name != NULL; ++options)
-        (void)json_object_set_new(inner, options->name, json_of_option(options, settings));
+        put(inner, options->name, json_of_option(options, settings));
 }
 
 static char *next_text(void)

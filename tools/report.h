@@ -34,6 +34,9 @@ void json_put_bool(json_t *object, const char *key, bool value);
 /* A new object or array inside another. */
 json_t *json_put_object(json_t *object, const char *key);
 json_t *json_put_array(json_t *object, const char *key);
+void json_append(json_t *array, json_t *value);
+/* Whether everything so far found memory. */
+bool json_is_complete(void);
 /* Every setting of a table under its own name. */
 void json_put_settings(json_t *object, const char *key, const loxo_option *options, const void *settings);
 

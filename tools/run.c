@@ -130,7 +130,7 @@ void cli_warn(cli_run *run, int64_t count, const char *format, ...)
     json_t *warning = json_object();
     json_put_integer(warning, "count", count);
     json_put_text(warning, "text", text);
-    (void)json_array_append_new(run->report.warnings, warning);
+    json_append(run->report.warnings, warning);
 }
 
 /* ---- files --------------------------------------------------------------------------------------------------- */
@@ -188,7 +188,7 @@ void cli_wrote(cli_run *run, const char *path)
         json_put_integer(entry, "bytes", file.st_size);
         report_row(&run->report, "wrote", "%s  %s", text_path(path), text_bytes((double)file.st_size));
     }
-    (void)json_array_append_new(run->report.files, entry);
+    json_append(run->report.files, entry);
 }
 
 typedef struct file_kind {
@@ -382,7 +382,10 @@ static loxo_status write_json(cli_run *run, loxo_status status, int exit_code)
     (void)json_object_set(json, "files", run->report.files);
 
     char *text = json_dumps(json, JSON_INDENT(2) | JSON_REAL_PRECISION(17));
-    if (text == NULL) return cli_fail(run, LOXO_ERR_MEMORY, "no memory for the report");
+    if (text == NULL || !json_is_complete()) {
+        free(text);
+        return cli_fail(run, LOXO_ERR_MEMORY, "no memory for the report");
+    }
     const size_t n = strlen(text);
     text[n] = '\n'; /* in place of the final NUL; the length is known */
     const loxo_status written = loxo_write_bytes(run->ctx, run->json_path, text, n + 1);

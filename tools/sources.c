@@ -200,7 +200,7 @@ loxo_status cli_sources_nearest(cli_run *run, const loxo_mesh_view *mesh, cli_so
         json_t *entry = json_object();
         json_put_integer(entry, "vertex", vertex);
         json_put_number(entry, "away", away);
-        (void)json_array_append_new(found, entry);
+        json_append(found, entry);
     }
     return LOXO_OK;
 }
