@@ -2,7 +2,6 @@
 #include "io/faces.h"
 
 #include "base/allocate.h"
-#include "base/context.h"
 #include "par/range.h"
 
 #include <inttypes.h>
@@ -29,28 +28,6 @@ void loxo_face_tally_warn(loxo_context *ctx, const char *name, const loxo_face_t
                   "%s: %" PRId64 " polygons cross themselves or have no area: their triangles may overlap (first: face "
                   "%" PRId64 ")",
                   name, tally->n_doubtful, tally->first_doubtful);
-}
-
-int64_t loxo_strip_triangles(const loxo_index *corner, int64_t n_corners, loxo_index *triangle)
-{
-    int64_t n = 0, n_before = 0; /* n_before: ids of this strip so far */
-    for (int64_t i = 0; i < n_corners; ++i) {
-        if (corner[i] < 0) {
-            n_before = 0;
-            continue;
-        }
-        if (++n_before < 3) continue;
-        const loxo_index a = corner[i - 2], b = corner[i - 1], c = corner[i];
-        if (a == b || b == c || c == a) continue;
-        if (triangle != NULL) {
-            const bool is_turned = n_before % 2 == 0;
-            triangle[3 * n] = is_turned ? b : a;
-            triangle[3 * n + 1] = is_turned ? a : b;
-            triangle[3 * n + 2] = c;
-        }
-        ++n;
-    }
-    return n;
 }
 
 loxo_status loxo_soup_allocate_vertices(loxo_context *ctx, loxo_soup *soup, int64_t n_vertices, bool is_float)
@@ -89,6 +66,18 @@ int64_t loxo_soup_first_used_nonfinite(const loxo_context *ctx, const loxo_soup 
         }
     }
     return first == INT64_MAX ? -1 : first;
+}
+
+loxo_status loxo_fail_nonfinite(loxo_context *ctx, loxo_place place, const loxo_soup *soup, int64_t vertex)
+{
+    double p[3];
+    for (int i = 0; i < 3; ++i)
+        p[i] = soup->position_float != NULL ? (double)soup->position_float[3 * vertex + i]
+                                            : soup->position[3 * vertex + i];
+    place.element = vertex;
+    return loxo_fail_at(ctx, LOXO_ERR_MALFORMED, place,
+                        "vertex %" PRId64 ": a coordinate is not finite (%g, %g, %g), and a face uses it", vertex, p[0],
+                        p[1], p[2]);
 }
 
 void loxo_soup_warn(loxo_context *ctx, const char *name, const loxo_soup *soup, int64_t n_nonfinite)

@@ -4,6 +4,8 @@
 #ifndef LOXO_IO_FACES_H
 #define LOXO_IO_FACES_H
 
+#include "base/context.h"
+
 #include <loxo/mesh.h>
 
 /* What the faces of a stretch of a file came to. */
@@ -43,9 +45,26 @@ size_t loxo_polygon_room_bytes(int64_t n_corners);
 bool loxo_polygon_triangulate(const loxo_soup *soup, const loxo_index *corner, int64_t n_corners, void *room,
                               loxo_index *triangle);
 
-/* A strip of triangles: every id after the second makes one, of alternating orientation; -1 starts anew; triangles with
- * a repeated corner are the strip's way to turn and are left out. triangle NULL only counts. Returns the number. */
-int64_t loxo_strip_triangles(const loxo_index *corner, int64_t n_corners, loxo_index *triangle);
+/* A strip of triangles, id by id: every id after the second makes one, of alternating orientation; -1 starts anew;
+ * triangles with a repeated corner are the strip's way to turn and are left out. Starts as {0}. */
+typedef struct loxo_strip {
+    int64_t n; /* ids since the start */
+    loxo_index last[2];
+} loxo_strip;
+
+/* Takes the next id; true when it made a triangle. */
+static inline bool loxo_strip_next(loxo_strip *strip, loxo_index id, loxo_index triangle[3])
+{
+    const loxo_index a = strip->last[0], b = strip->last[1];
+    strip->last[0] = b;
+    strip->last[1] = id;
+    strip->n = id < 0 ? 0 : strip->n + 1;
+    if (strip->n < 3 || a == b || b == id || id == a) return false;
+    triangle[0] = strip->n % 2 == 0 ? b : a;
+    triangle[1] = strip->n % 2 == 0 ? a : b;
+    triangle[2] = id;
+    return true;
+}
 
 /* Position arrays for n_vertices; triangles for n_triangles. n_vertices and n_faces of the soup are set. */
 loxo_status loxo_soup_allocate_vertices(loxo_context *ctx, loxo_soup *soup, int64_t n_vertices, bool is_float);
@@ -63,6 +82,9 @@ static inline bool loxo_is_finite3(const loxo_soup *soup, int64_t vertex)
 
 /* The lowest vertex that is not finite and that a face uses, or -1. */
 int64_t loxo_soup_first_used_nonfinite(const loxo_context *ctx, const loxo_soup *soup);
+
+/* The failure for the vertex that is not finite but used; line 0 or byte -1 when unknown. */
+loxo_status loxo_fail_nonfinite(loxo_context *ctx, loxo_place place, const loxo_soup *soup, int64_t vertex);
 
 /* The common end of all readers: counted warnings for vertices that are not finite but unused, for no faces. */
 void loxo_soup_warn(loxo_context *ctx, const char *name, const loxo_soup *soup, int64_t n_nonfinite);

@@ -35,7 +35,8 @@ static int64_t cells_along_side(int64_t n)
 size_t loxo_polygon_room_bytes(int64_t n)
 {
     const int64_t n_cells = cells_along_side(n);
-    return (size_t)n * (2 * sizeof(double) + 3 * sizeof(int64_t) + 2 * sizeof(bool)) + (size_t)(n_cells * n_cells) * sizeof(int64_t);
+    return (size_t)n * (2 * sizeof(double) + 3 * sizeof(int64_t) + 2 * sizeof(bool)) +
+           (size_t)(n_cells * n_cells) * sizeof(int64_t);
 }
 
 static void get_position(const loxo_soup *soup, loxo_index v, double p[3])
