@@ -36,12 +36,12 @@ typedef struct studio {
 /* Light of a surface that faces the camera is near 1, so its colour is that of the bar. */
 #define AMBIENT       0.18
 #define SKY           0.08 /* ambient from above, more than from below */
-#define GLOSS         0.05
+#define GLOSS         0.035
 #define BACK_LIGHT    0.45
 #define LINE_LIGHT    0.16 /* of the surface's own, under a line */
 #define CREASE_FLAT   0.76 /* cosine between face and vertex normal: below, the corner is part of a sharp edge */
 #define CREASE_SMOOTH 0.88 /* above, of a smooth surface */
-#define LINE_WIDTH    1.5  /* pixels at a height of 800 */
+#define LINE_WIDTH    1.5  /* pixels when the shorter side has 800; at least 1 */
 
 static double smooth_step(double low, double high, double x)
 {
@@ -78,8 +78,8 @@ static studio set_up(const loxo_draw_scene *scene, const loxo_draw_palette *pale
     }
     normalise(room.half_way);
     room.gap_light = loxo_draw_decode(LOXO_DRAW_GAP / 255.0);
-    room.line_half_width =
-        0.5 * s->supersample * LINE_WIDTH * fmax(1.0, (s->height < s->width ? s->height : s->width) / 800.0);
+    const double shorter = s->height < s->width ? s->height : s->width;
+    room.line_half_width = 0.5 * s->supersample * LINE_WIDTH * fmax(shorter / 800.0, 2.0 / 3.0);
     if (scene->isoline_step > 0.0) {
         room.n_levels = 2.0 * (0.5 * scene->value_max - 0.5 * scene->value_min) / scene->isoline_step;
         const double first = scene->value_min / scene->isoline_step;

@@ -9,7 +9,7 @@ TEST(gradient_of_a_linear_function_is_its_slope)
     /* u = a . x + 5 on a triangle: the gradient is a less its part along the normal. */
     const double p[9] = {0.3, -1.0, 0.2, 1.5, 0.1, -0.4, -0.2, 0.9, 1.1}, a[3] = {2.0, -3.0, 0.5};
     double u[3], gradient[3], normal[3], unused[3], expected[3];
-    for (int c = 0; c < 3; ++c)
+    for (int64_t c = 0; c < 3; ++c)
         u[c] = a[0] * p[3 * c] + a[1] * p[3 * c + 1] + a[2] * p[3 * c + 2] + 5.0;
     const double double_area = k_triangle_gradient(p, u, gradient);
     k_gradient_parts(p, u, normal, unused);
@@ -74,17 +74,18 @@ TEST(distance_errors_by_hand)
 }
 
 /* A flat grid of n by n cells. */
-static loxo_mesh_arrays make_grid(int n)
+static loxo_mesh_arrays make_grid(int n, double **positions, loxo_index **triangles)
 {
     double *position = malloc((size_t)(n + 1) * (size_t)(n + 1) * 24);
     loxo_index *triangle = malloc((size_t)n * (size_t)n * 6 * sizeof *triangle);
     CHECK(position != NULL && triangle != NULL);
-    for (int i = 0; i <= n; ++i)
-        for (int j = 0; j <= n; ++j)
+    for (int64_t i = 0; i <= n; ++i)
+        for (int64_t j = 0; j <= n; ++j)
             memcpy(&position[3 * (i * (n + 1) + j)], (double[3]){(double)j / n, (double)i / n, 0.0}, 24);
+    *positions = position, *triangles = triangle;
     int64_t f = 0;
-    for (int i = 0; i < n; ++i)
-        for (int j = 0; j < n; ++j) {
+    for (int64_t i = 0; i < n; ++i)
+        for (int64_t j = 0; j < n; ++j) {
             const loxo_index a = (loxo_index)(i * (n + 1) + j), b = (loxo_index)(a + 1), c = (loxo_index)(a + n + 1);
             const loxo_index both[6] = {a, b, (loxo_index)(c + 1), a, (loxo_index)(c + 1), c};
             memcpy(&triangle[6 * f++], both, sizeof both);
@@ -97,7 +98,9 @@ static loxo_mesh_arrays make_grid(int n)
 
 TEST(directions_that_differ_by_an_angle_have_that_chord)
 {
-    const loxo_mesh_arrays grid = make_grid(100);
+    double *positions;
+    loxo_index *triangles;
+    const loxo_mesh_arrays grid = make_grid(100, &positions, &triangles);
     double *a = malloc((size_t)grid.n_vertices * 8), *b = malloc((size_t)grid.n_vertices * 8);
     int32_t *scale = malloc((size_t)grid.n_vertices * 4);
     double error, one_thread = -1.0;
@@ -130,7 +133,7 @@ TEST(directions_that_differ_by_an_angle_have_that_chord)
     CHECK_OK(loxo_measure_direction_error(test_context, &grid, a, NULL, b, NULL, &error));
     CHECK_NEAR(error, sqrt(0.5), 1e-12); /* columns 50 to 99 of 100 have a corner beyond */
     free(a), free(b), free(scale);
-    free((void *)(uintptr_t)grid.position), free((void *)(uintptr_t)grid.triangle);
+    free(positions), free(triangles);
 }
 
 TEST(bad_meshes_are_refused)
