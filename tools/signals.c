@@ -5,15 +5,32 @@
 
 #include <signal.h>
 #include <stddef.h>
+#include <time.h>
 #include <unistd.h>
 
-static volatile sig_atomic_t caught;
+/* timeout(1) and some shells send a signal to the process and to its group: both are one request. */
+#define ONE_REQUEST_MS 200
+
+static volatile sig_atomic_t caught, caught_at;
 static volatile sig_atomic_t pipe_closed;
+
+/* Milliseconds, for differences only. clock_gettime may be called in a handler. */
+static sig_atomic_t milliseconds(void)
+{
+    struct timespec t;
+    if (clock_gettime(CLOCK_MONOTONIC, &t) != 0) return 0;
+    return (sig_atomic_t)((t.tv_sec % 1000000) * 1000 + t.tv_nsec / 1000000);
+}
 
 static void on_stop(int number)
 {
-    if (caught != 0) _exit(128 + number); /* asked twice: at once */
-    caught = number;
+    const sig_atomic_t now = milliseconds();
+    if (caught == 0) {
+        caught = number;
+        caught_at = now;
+    } else if (now - caught_at > ONE_REQUEST_MS || now < caught_at) {
+        _exit(128 + number); /* asked twice: at once */
+    }
 }
 
 static void on_pipe(int number)
