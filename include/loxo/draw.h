@@ -38,7 +38,7 @@ LOXO_API loxo_draw_settings loxo_draw_settings_default(void);
  *   rgb      [height][width][3] out, sRGB, rows from the top; its content is undefined when the call fails
  * returns    LOXO_OK; LOXO_ERR_ARGUMENT; LOXO_ERR_MALFORMED (a vertex number out of range: element is the face);
  *            LOXO_ERR_LIMIT; LOXO_ERR_MEMORY; LOXO_ERR_STOPPED
- * cost       linear time; 20 bytes a vertex and at most 512 MiB for samples; same bits for any thread count */
+ * cost       linear time; 20 bytes a vertex, at most 530 MiB for the picture; same bits for any thread count */
 LOXO_API loxo_status loxo_draw(loxo_context *ctx, const loxo_mesh_arrays *mesh, const double *value,
                                const loxo_draw_settings *settings, uint8_t *rgb);
 /* Draws and writes a PNG, atomically; path "-" is standard output. Beside the statuses of loxo_draw: LOXO_ERR_WRITE;

@@ -174,6 +174,7 @@ loxo_status loxo_draw_project(loxo_context *ctx, loxo_draw_scene *scene, const l
     if (width > 0.0 || height > 0.0) scale = fmin((fit->right - fit->left) / width, (fit->bottom - fit->top) / height);
     scale *= samples * scene->settings->zoom;
     scene->scale = scale;
+    scene->middle_depth = CAMERA_DISTANCE;
     scene->shift[0] = 0.5 * samples * (fit->left + fit->right) - 0.5 * scale * (seen.min[0] + seen.max[0]);
     scene->shift[1] = 0.5 * samples * (fit->top + fit->bottom) + 0.5 * scale * (seen.min[1] + seen.max[1]);
 

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT
- * A picture: check, measure the field, aim the camera, and then band by band see and shade; letters last. */
+ * A picture: check, measure the field, aim the camera, and then see and shade, band by band; letters
+ * last. */
 #include "base/allocate.h"
 #include "base/options.h"
 #include "base/os.h"
@@ -13,7 +14,7 @@
 #include <math.h>
 #include <string.h>
 
-#define MAX_SAMPLE_BYTES ((size_t)512 << 20) /* larger pictures are drawn in bands, each going over all faces */
+#define MAX_SAMPLE_BYTES ((size_t)512 << 20) /* larger pictures are drawn in bands, each going twice over all faces */
 
 static loxo_status check_arguments(loxo_context *ctx, const loxo_mesh_arrays *mesh, const loxo_draw_settings *settings)
 {
@@ -85,32 +86,51 @@ static int band_height(const loxo_context *ctx, const loxo_draw_settings *s)
     return rows < 1 ? 1 : rows > (size_t)s->height ? s->height : (int)rows;
 }
 
+/* What the samples of the pixel rows begin..end-1 see. */
+static loxo_status see_band(loxo_context *ctx, const loxo_draw_scene *scene, int begin, int end, uint64_t *visible)
+{
+    const int64_t samples = scene->settings->supersample,
+                  n = (end - begin) * samples * samples * scene->settings->width;
+#pragma omp parallel num_threads(loxo_threads_for(ctx, n, 0.5))
+    {
+        const loxo_range r = loxo_thread_range(n);
+        memset(&visible[r.begin], 0, (size_t)(r.end - r.begin) * sizeof *visible);
+    }
+    return loxo_draw_rasterise(ctx, scene, begin * samples, end * samples, visible);
+}
+
 static loxo_status draw_mesh(loxo_context *ctx, const loxo_draw_scene *scene, uint8_t *rgb)
 {
     const loxo_draw_settings *s = scene->settings;
-    const int height = band_height(ctx, s);
-    const int64_t row_samples = (int64_t)s->width * s->supersample * s->supersample;
-    loxo_status status = LOXO_ERR_MEMORY; /* loxo_allocate leaves the message */
+    const int samples = s->supersample;
+    const double per_row = 1.0 / s->height;
+    loxo_draw_cavity cavity;
+    loxo_status status = loxo_draw_cavity_create(ctx, scene, &cavity);
+    if (status < 0) return status;
+    const int height = band_height(ctx, s); /* in what memory is left now */
     loxo_draw_palette *palette = loxo_allocate(ctx, 1, sizeof *palette);
-    uint64_t *visible = loxo_allocate(ctx, height * row_samples, sizeof *visible);
+    uint64_t *visible = loxo_allocate(ctx, (int64_t)height * s->width * samples * samples, sizeof *visible);
+    status = LOXO_ERR_MEMORY; /* loxo_allocate leaves the message */
     if (palette == NULL || visible == NULL) goto done;
     loxo_draw_palette_fill(palette, s->colormap);
-    status = LOXO_OK;
-    for (int begin = 0; begin < s->height && status >= 0; begin += height) {
+
+    for (int begin = 0; begin < s->height; begin += height) {
         const int end = begin + height < s->height ? begin + height : s->height;
-        const int64_t n_cells = (end - begin) * row_samples;
-#pragma omp parallel num_threads(loxo_threads_for(ctx, n_cells, 0.5))
-        {
-            const loxo_range r = loxo_thread_range(n_cells);
-            memset(&visible[r.begin], 0, (size_t)(r.end - r.begin) * sizeof *visible);
-        }
-        status =
-            loxo_draw_rasterise(ctx, scene, (int64_t)begin * s->supersample, (int64_t)end * s->supersample, visible);
-        if (status < 0) break;
-        loxo_draw_shade(ctx, scene, palette, visible, begin, end, rgb);
-        if (loxo_stop_wanted(ctx, "draw", 0.4 + 0.6 * end / s->height)) status = LOXO_ERR_STOPPED;
+        if ((status = see_band(ctx, scene, begin, end, visible)) < 0) goto done;
+        loxo_draw_cavity_add(ctx, scene, visible, (int64_t)begin * samples, (int64_t)end * samples, &cavity);
+        if (loxo_stop_wanted(ctx, "draw", 0.4 + 0.3 * end * per_row)) status = LOXO_ERR_STOPPED;
+        if (status < 0) goto done;
+    }
+    loxo_draw_cavity_blur(&cavity);
+    for (int begin = 0; begin < s->height; begin += height) {
+        const int end = begin + height < s->height ? begin + height : s->height;
+        if (height < s->height && (status = see_band(ctx, scene, begin, end, visible)) < 0) goto done;
+        loxo_draw_shade(ctx, scene, palette, &cavity, visible, begin, end, rgb);
+        if (loxo_stop_wanted(ctx, "draw", 0.7 + 0.3 * end * per_row)) status = LOXO_ERR_STOPPED;
+        if (status < 0) goto done;
     }
 done:
+    loxo_draw_cavity_destroy(ctx, &cavity);
     loxo_release(ctx, visible);
     loxo_release(ctx, palette);
     return status;

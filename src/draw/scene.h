@@ -29,6 +29,7 @@ typedef struct loxo_draw_scene {
     double centre[3], radius;          /* of the mesh's bounding box */
     double right[3], up[3], toward[3]; /* unit vectors in the mesh's space; toward: from the mesh to the camera */
     double scale, shift[2];            /* screen = scale * tangent + shift */
+    double middle_depth;               /* of the mesh, from the camera, in radii */
 
     int32_t (*xy)[2];     /* [n_vertices] screen */
     float *inverse_depth; /* [n_vertices] 1 / distance in front of the camera, in radii; 0: not drawn */

@@ -13,6 +13,7 @@ typedef struct facet {
     double normal[3][3];               /* at the corners, toward the camera's side of the face */
     double place[3];                   /* of the value between the ends of the map */
     double slope[2][2];                /* d/dx and d/dy of the sums of 1 and of place, one sample on */
+    double area;                       /* sum of the edge functions */
     bool is_back, is_gap;
 } facet;
 
@@ -26,6 +27,7 @@ typedef struct lamp {
 typedef struct studio {
     const loxo_draw_scene *scene;
     const loxo_draw_palette *palette;
+    const loxo_draw_cavity *cavity;
     lamp lamps[N_LAMPS];
     double half_way[3]; /* between the key lamp and the camera: where the gloss is */
     double line_half_width;
@@ -64,11 +66,11 @@ static void set_lamp(lamp *l, const loxo_draw_scene *scene, double x, double y, 
     l->strength = strength;
 }
 
-static studio set_up(const loxo_draw_scene *scene, const loxo_draw_palette *palette)
+static studio set_up(const loxo_draw_scene *scene, const loxo_draw_palette *palette, const loxo_draw_cavity *cavity)
 {
     static const double plain_color[3] = {0.74, 0.78, 0.84};
     const loxo_draw_settings *s = scene->settings;
-    studio room = {.scene = scene, .palette = palette};
+    studio room = {.scene = scene, .palette = palette, .cavity = cavity};
     set_lamp(&room.lamps[0], scene, -0.5, 0.65, 0.85, 0.68); /* key: over the left shoulder */
     set_lamp(&room.lamps[1], scene, 0.0, 0.0, 1.0, 0.16);    /* head light */
     set_lamp(&room.lamps[2], scene, 0.9, -0.1, 0.6, 0.12);   /* fill: from the right */
@@ -128,6 +130,7 @@ static void set_facet(const studio *room, facet *t, int64_t face)
     t->is_back = (area > 0) != scene->inside_out;
     set_normals(room, t, v);
 
+    t->area = (double)area;
     t->is_gap = false;
     for (int k = 0; k < 3 && scene->value != NULL; ++k) {
         const double value = scene->value[v[k]];
@@ -135,13 +138,13 @@ static void set_facet(const studio *room, facet *t, int64_t face)
         t->place[k] = t->place[k] > 1e6 ? 1e6 : t->place[k] < -1e6 ? -1e6 : t->place[k];
         t->is_gap = t->is_gap || isnan(t->place[k]);
     }
-    if (scene->value == NULL || t->is_gap) return;
+    const bool has_place = scene->value != NULL && !t->is_gap;
     for (int i = 0; i < 2; ++i) {
         t->slope[i][0] = t->slope[i][1] = 0.0;
         for (int k = 0; k < 3; ++k) {
             const double step = i == 0 ? -(double)t->along[k][1] : (double)t->along[k][0];
             t->slope[i][0] += LOXO_DRAW_SUBSAMPLE * step * t->nearness[k];
-            t->slope[i][1] += LOXO_DRAW_SUBSAMPLE * step * t->nearness[k] * t->place[k];
+            t->slope[i][1] += LOXO_DRAW_SUBSAMPLE * step * t->nearness[k] * (has_place ? t->place[k] : 0.0);
         }
     }
 }
@@ -166,8 +169,8 @@ static double line_cover(const studio *room, const facet *t, double place, doubl
     return cover * smooth_step(1.0 * width, 2.5 * width, 1.0 / steepness);
 }
 
-/* Adds the light of a sample (its centre in 1/256) to light. */
-static void add_sample(const studio *room, const facet *t, int64_t x, int64_t y, double light[3])
+/* Adds the light of a sample (its centre in 1/256, what it sees in that depth) to light. */
+static void add_sample(const studio *room, const facet *t, int64_t x, int64_t y, double depth, double light[3])
 {
     double weight[3], sum = 0.0, place = 0.0, n[3] = {0.0, 0.0, 0.0}, color[3];
     for (int k = 0; k < 3; ++k) {
@@ -186,6 +189,10 @@ static void add_sample(const studio *room, const facet *t, int64_t x, int64_t y,
     double shade = AMBIENT + SKY * 0.5 * (1.0 + loxo_draw_dot(n, room->scene->up));
     for (int i = 0; i < N_LAMPS; ++i)
         shade += room->lamps[i].strength * fmax(0.0, loxo_draw_dot(n, room->lamps[i].direction));
+    /* sum / area is the inverse depth, so the depth changes by -slope / area * depth^2. */
+    const double bend = -depth * depth / t->area, slope[2] = {bend * t->slope[0][0], bend * t->slope[1][0]};
+    shade *= loxo_draw_cavity_light(room->cavity, (double)x / LOXO_DRAW_SUBSAMPLE, (double)y / LOXO_DRAW_SUBSAMPLE,
+                                    depth, slope);
     double gloss = fmax(0.0, loxo_draw_dot(n, room->half_way));
     for (int i = 0; i < 5; ++i)
         gloss *= gloss; /* to the 32nd in the end */
@@ -237,7 +244,8 @@ static void shade_row(const studio *room, const uint64_t *visible, int row, uint
                 const int64_t face = (int64_t)(0xffffffffu - (key & 0xffffffffu));
                 if (t.face != face) set_facet(room, &t, face);
                 add_sample(room, &t, x * LOXO_DRAW_SUBSAMPLE + LOXO_DRAW_SUBSAMPLE / 2,
-                           ((int64_t)row * samples + j) * LOXO_DRAW_SUBSAMPLE + LOXO_DRAW_SUBSAMPLE / 2, light);
+                           ((int64_t)row * samples + j) * LOXO_DRAW_SUBSAMPLE + LOXO_DRAW_SUBSAMPLE / 2,
+                           loxo_draw_depth(key), light);
             }
         }
         for (int k = 0; k < 3; ++k)
@@ -248,9 +256,9 @@ static void shade_row(const studio *room, const uint64_t *visible, int row, uint
 }
 
 void loxo_draw_shade(loxo_context *ctx, const loxo_draw_scene *scene, const loxo_draw_palette *palette,
-                     const uint64_t *visible, int row_begin, int row_end, uint8_t *rgb)
+                     const loxo_draw_cavity *cavity, const uint64_t *visible, int row_begin, int row_end, uint8_t *rgb)
 {
-    const studio room = set_up(scene, palette);
+    const studio room = set_up(scene, palette, cavity);
     const int samples = scene->settings->supersample, width = scene->settings->width;
     const int64_t row_samples = (int64_t)width * samples * samples;
 #pragma omp parallel for num_threads(loxo_threads_for(ctx, row_end - row_begin, 50.0 * (double)row_samples))           \
