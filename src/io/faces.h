@@ -40,8 +40,8 @@ size_t loxo_polygon_room_bytes(int64_t n_corners);
  *   room       64-byte aligned, loxo_polygon_room_bytes(n_corners); NULL is allowed for 3 corners
  *   triangle   out, [n_corners - 2][3]
  * returns      whether every triangle is turned as the polygon is; false where it crosses itself or has no area
- * cost         linear for polygons that are convex or spread their dents; never more than about 1000 steps a corner, after
- *              which the rest is cut off blindly and false is returned */
+ * cost         linear for polygons that are convex or spread their dents; at most 1000 steps a corner and 1e8 in all,
+ *              after which the rest is cut off blindly and false is returned */
 bool loxo_polygon_triangulate(const loxo_soup *soup, const loxo_index *corner, int64_t n_corners, void *room,
                               loxo_index *triangle);
 

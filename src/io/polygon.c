@@ -8,7 +8,7 @@
 #include <math.h>
 
 #define WORK_PER_CORNER 1000
-#define WORK_AT_LEAST   100000
+#define WORK_SQUARED    100000000 /* quadratic work up to here: long thin ears look at every dent */
 
 typedef struct polygon {
     const loxo_index *corner;
@@ -207,7 +207,8 @@ static void cut_off(polygon *p, int64_t k)
  * either, the polygon crosses itself and any corner goes. */
 static void cut_ears(polygon *p)
 {
-    const int64_t max_work = WORK_AT_LEAST + WORK_PER_CORNER * p->n;
+    const int64_t squared = p->n < 10000 ? p->n * p->n : WORK_SQUARED;
+    const int64_t max_work = WORK_PER_CORNER * p->n + squared;
     int64_t k = 1, n_missed = 0;
     while (p->n_left > 3) {
         const double area = cross(p->point[p->previous[k]], p->point[k], p->point[p->next[k]]);

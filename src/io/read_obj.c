@@ -77,7 +77,12 @@ static bool put_vertex(line *l)
         const char *at = l->p;
         double value = 0.0;
         if (n == 7) return fault(l, LOXO_TROUBLE_MANY, at, "vertex", v, 0, 7);
-        const loxo_scan scan = loxo_scan_double(&l->p, l->r->text->end, &value);
+        loxo_scan scan = loxo_scan_double(&l->p, l->r->text->end, &value);
+        if (scan == LOXO_SCAN_BAD && l->p > at && l->p[-1] == '\\') { /* the line goes on right behind the number */
+            const char *end = l->p - 1;
+            l->p = at;
+            scan = loxo_scan_double(&l->p, end, &value);
+        }
         if (scan == LOXO_SCAN_BAD) return fault(l, LOXO_TROUBLE_NUMBER, at, "vertex", v, 0, 0);
         if (n < 3) {
             l->r->soup->position[3 * v + n] = value;
