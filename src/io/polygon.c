@@ -104,7 +104,8 @@ static bool is_convex(const polygon *p)
         if (!(cross(p->point[before], p->point[k], p->point[after]) > 0.0)) return false;
     }
     for (int64_t k = 0; k <= p->n; ++k) { /* the first edge twice, to close the circle */
-        const double step = p->point[(k + 1) % p->n][0] - p->point[k % p->n][0];
+        const int64_t here = k == p->n ? 0 : k, next = here + 1 == p->n ? 0 : here + 1;
+        const double step = p->point[next][0] - p->point[here][0];
         if (step == 0.0) continue;
         n_changes += (last < 0.0 && step > 0.0) || (last > 0.0 && step < 0.0);
         last = step;

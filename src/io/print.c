@@ -135,7 +135,7 @@ static size_t write_decimal(char *text, uint64_t digits, int k)
     }
     for (int i = 0; i < n || i <= exponent; ++i) {
         if (i == exponent + 1) text[used++] = '.';
-        text[used++] = i < n ? d[i] : '0';
+        text[used++] = (char)(i < n ? d[i] : '0');
     }
     return used;
 }

@@ -172,7 +172,7 @@ static loxo_status next_face(const binary *b, int64_t face, const uint8_t **p, i
 static loxo_status read_binary_vertices(binary *b, const off_header *header, loxo_soup *soup, int64_t *n_nonfinite)
 {
     const int64_t n_row =
-        4 * (3 + (header->has_normal ? 3 : 0) + (header->has_colour ? 4 : 0) + (header->has_texture ? 2 : 0));
+        (int64_t)4 * (3 + (header->has_normal ? 3 : 0) + (header->has_colour ? 4 : 0) + (header->has_texture ? 2 : 0));
     const int64_t n_found = (b->end - b->p) / n_row;
     loxo_status status;
     if (b->n_vertices > n_found)
@@ -182,7 +182,7 @@ static loxo_status read_binary_vertices(binary *b, const off_header *header, lox
     if ((status = loxo_soup_allocate_vertices(b->ctx, soup, b->n_vertices, true)) < 0) return status;
     for (int64_t v = 0; v < b->n_vertices; ++v, b->p += n_row) {
         for (int i = 0; i < 3; ++i)
-            soup->position_float[3 * v + i] = loxo_load_float(b->p + 4 * i, !LOXO_HOST_IS_BIG);
+            soup->position_float[3 * v + i] = loxo_load_float(b->p + (ptrdiff_t)4 * i, !LOXO_HOST_IS_BIG);
         *n_nonfinite += !loxo_is_finite3(soup, v);
     }
     return LOXO_OK;

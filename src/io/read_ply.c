@@ -272,6 +272,7 @@ static int64_t put_vertices(const reading *r, const loxo_element *element, int64
 static loxo_status read_vertices_of_one_size(reading *r, const loxo_element *element, int64_t at)
 {
     const int64_t row = r->vertex_row_bytes, n_rows = element->n_rows;
+    /* The header has x, y and z. NOLINTNEXTLINE(clang-analyzer-core.DivideZero) */
     const int64_t block_rows = BLOCK_BYTES / row + 1, wave_rows = WAVE_BYTES / row + 1;
     const bool plain = is_plain(r, element);
     unsigned char *target =
@@ -363,7 +364,7 @@ static bool are_triangles_possible(const reading *r, const loxo_element *element
             rows->type = column->type;
             at += loxo_scalar_bytes(column->length_type);
             rows->corner_at = at;
-            at += 3 * loxo_scalar_bytes(column->type);
+            at += (int64_t)3 * loxo_scalar_bytes(column->type);
         } else {
             at += loxo_scalar_bytes(column->type);
         }

@@ -174,12 +174,12 @@ static loxo_status read_binary(loxo_context *ctx, const uint8_t *bytes, int64_t 
             const uint8_t *p = bytes + HEADER_BYTES + FACET_BYTES * f;
             bool is_finite = true;
             for (int i = 0; i < 3; ++i) {
-                const float x = loxo_load_float(p + 4 * i, LOXO_HOST_IS_BIG);
+                const float x = loxo_load_float(p + (ptrdiff_t)4 * i, LOXO_HOST_IS_BIG);
                 is_finite = is_finite && x - x == 0.0f;
             }
             n_normals += !is_finite;
             for (int i = 0; i < 9; ++i)
-                soup->position_float[9 * f + i] = loxo_load_float(p + 12 + 4 * i, LOXO_HOST_IS_BIG);
+                soup->position_float[9 * f + i] = loxo_load_float(p + 12 + (ptrdiff_t)4 * i, LOXO_HOST_IS_BIG);
             for (int i = 0; i < 3; ++i) {
                 if (3 * f + i < bad && !loxo_is_finite3(soup, 3 * f + i)) bad = 3 * f + i;
             }

@@ -75,7 +75,7 @@ void loxo_stream_put_le(loxo_stream *stream, const void *elements, int64_t count
 #endif
 }
 
-static char printable(char c) { return (unsigned char)c < 0x20 || c == 0x7f ? ' ' : c; }
+static char printable(char c) { return (char)((unsigned char)c < 0x20 || c == 0x7f ? ' ' : c); }
 
 void loxo_stream_line(loxo_stream *stream, const char *text)
 {

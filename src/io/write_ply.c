@@ -8,7 +8,7 @@ static void property_name(const char *name, char out[64])
 {
     size_t n = 0;
     for (; name[n] != '\0'; ++n)
-        out[n] = (unsigned char)name[n] <= 0x20 || name[n] == 0x7f ? '_' : name[n];
+        out[n] = (char)((unsigned char)name[n] <= 0x20 || name[n] == 0x7f ? '_' : name[n]);
     if (n == 0) memcpy(out, "value", n = 5);
     out[n] = '\0';
 }
@@ -69,7 +69,7 @@ loxo_status loxo_write_ply(loxo_stream *stream, const loxo_soup *soup, const cha
         unsigned char *to = loxo_stream_room(stream, 13);
         to[0] = 3;
         for (int c = 0; c < 3; ++c)
-            loxo_store_u32(to + 1 + 4 * c, (uint32_t)v[c]);
+            loxo_store_u32(to + 1 + (ptrdiff_t)4 * c, (uint32_t)v[c]);
         stream->used += 13;
     }
     return LOXO_OK;

@@ -17,7 +17,7 @@ static void write_positions(loxo_stream *stream, const loxo_soup *soup, const ch
 {
     const size_t n_lead = strlen(lead);
     for (int64_t v = 0; v < soup->n_vertices; ++v) {
-        char *line = (char *)loxo_stream_room(stream, n_lead + 3 * (LOXO_PRINT_MAX + 1));
+        char *line = (char *)loxo_stream_room(stream, n_lead + (size_t)3 * (LOXO_PRINT_MAX + 1));
         size_t n = n_lead;
         memcpy(line, lead, n_lead);
         for (int c = 0; c < 3; ++c) {
@@ -34,7 +34,7 @@ static void write_triangles(loxo_stream *stream, const loxo_soup *soup, const ch
 {
     const size_t n_lead = strlen(lead);
     for (int64_t f = 0; f < soup->n_faces; ++f) {
-        char *line = (char *)loxo_stream_room(stream, n_lead + 3 * (LOXO_PRINT_MAX + 1));
+        char *line = (char *)loxo_stream_room(stream, n_lead + (size_t)3 * (LOXO_PRINT_MAX + 1));
         size_t n = n_lead;
         memcpy(line, lead, n_lead);
         for (int c = 0; c < 3; ++c) {
@@ -95,7 +95,7 @@ loxo_status loxo_write_csv(loxo_stream *stream, const char *name, const double *
     write_csv_name(stream, name);
     loxo_stream_text(stream, "\n");
     for (int64_t i = 0; i < n; ++i) {
-        char *line = (char *)loxo_stream_room(stream, 2 * (LOXO_PRINT_MAX + 1));
+        char *line = (char *)loxo_stream_room(stream, (size_t)2 * (LOXO_PRINT_MAX + 1));
         size_t k = loxo_print_int(line, i);
         line[k++] = ',';
         k += loxo_print_double(line + k, value[i]);

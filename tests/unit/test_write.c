@@ -222,6 +222,7 @@ TEST(a_failed_write_leaves_the_old_file_and_nothing_else)
 {
     const char *names[] = {"full.ply", "full.obj", "full.off", "full.vtp", "full.gii", "full.npy", "full.csv"};
     const int n_values = 200000;
+    NEEDS_IDS(n_values);
     double *value = calloc((size_t)n_values, sizeof *value);
     loxo_soup soup = {.n_vertices = n_values / 4, .position = value};
     CHECK(value != NULL);
