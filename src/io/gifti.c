@@ -1,0 +1,470 @@
+/* SPDX-License-Identifier: MIT */
+#include "io/gifti.h"
+
+#include "loxo_config.h"
+
+#include "base/allocate.h"
+#include "base/context.h"
+#include "io/base64.h"
+#include "io/bytes.h"
+#include "io/scan.h"
+#include "io/source.h"
+
+#include <inttypes.h>
+
+#ifdef LOXO_WITH_EXPAT
+
+#include <expat.h>
+
+#define MAX_DEPTH   64
+#define FEED_BYTES  65536
+#define TOKEN_BYTES ((int64_t)1 << 20) /* longest tag or comment: expat holds it in memory of its own */
+#define MAX_NUMBERS ((int64_t)1 << 48)
+
+typedef struct parsing {
+    loxo_context *ctx;
+    const char *name;
+    loxo_gifti_want_fn want;
+    loxo_gifti_take_fn take;
+    void *user;
+    XML_Parser parser;
+    loxo_status status;
+    int depth;
+    int64_t n_arrays, n_announced; /* n_announced: -1 when the file does not say */
+    bool in_array, is_wanted, has_data;
+    char *text; /* where a name goes while one is read */
+    size_t n_text;
+    char key[64], value[64]; /* of metadata */
+    loxo_gifti_array array;
+    bool in_data;
+    uint8_t *data; /* the text of Data, then the bytes that it codes */
+    size_t n_data, capacity;
+} parsing;
+
+static loxo_place here(const parsing *p)
+{
+    return (loxo_place){.file = p->name,
+                        .line = (int64_t)XML_GetCurrentLineNumber(p->parser),
+                        .byte = (int64_t)XML_GetCurrentByteIndex(p->parser),
+                        .element = -1};
+}
+
+static void stop(parsing *p, loxo_status status)
+{
+    if (p->status < 0) return;
+    p->status = status;
+    XML_StopParser(p->parser, XML_FALSE);
+}
+
+static void stop_malformed(parsing *p, const char *text)
+{
+    if (p->status >= 0) stop(p, loxo_fail_at(p->ctx, LOXO_ERR_MALFORMED, here(p), "%s", text));
+}
+
+/* ---- attributes of a DataArray ------------------------------------------------------------------------------- */
+
+static const char *attribute(const char **attributes, const char *key)
+{
+    for (; attributes[0] != NULL; attributes += 2)
+        if (strcmp(attributes[0], key) == 0) return attributes[1];
+    return NULL;
+}
+
+static bool parse_count(const char *text, int64_t *value)
+{
+    const char *at = text, *end = text == NULL ? NULL : text + strlen(text);
+    return text != NULL && loxo_scan_int64(&at, end, value) == LOXO_SCAN_OK && at == end && *value >= 0;
+}
+
+static bool parse_dimensions(parsing *p, const char **attributes)
+{
+    static const char *const keys[] = {"Dim0", "Dim1", "Dim2", "Dim3", "Dim4", "Dim5"};
+    loxo_gifti_array *array = &p->array;
+    int64_t n_dimensions;
+    array->n_columns = 1;
+    if (!parse_count(attribute(attributes, "Dimensionality"), &n_dimensions) || n_dimensions < 1 || n_dimensions > 6) {
+        stop_malformed(p, "DataArray: Dimensionality is not in 1..6");
+        return false;
+    }
+    for (int64_t i = 0; i < n_dimensions; ++i) {
+        int64_t *product = i == 0 ? &array->n_rows : &array->n_columns;
+        int64_t count;
+        if (!parse_count(attribute(attributes, keys[i]), &count)) {
+            stop_malformed(p, "DataArray: a dimension is missing or not a count");
+            return false;
+        }
+        if (i == 0) *product = 1;
+        if (__builtin_mul_overflow(*product, count, product)) *product = MAX_NUMBERS;
+    }
+    int64_t n;
+    if (__builtin_mul_overflow(array->n_rows, array->n_columns, &n) || n >= MAX_NUMBERS) {
+        stop(p, loxo_fail_at(p->ctx, LOXO_ERR_LIMIT, here(p), "DataArray: more numbers than any file could hold"));
+        return false;
+    }
+    return true;
+}
+
+static bool parse_coding(parsing *p, const char **attributes)
+{
+    const char *encoding = attribute(attributes, "Encoding"), *endian = attribute(attributes, "Endian");
+    const char *order = attribute(attributes, "ArrayIndexingOrder");
+    loxo_gifti_array *array = &p->array;
+    if (encoding != NULL && strcmp(encoding, "ASCII") == 0) {
+        array->encoding = LOXO_GIFTI_ASCII;
+    } else if (encoding != NULL && strcmp(encoding, "Base64Binary") == 0) {
+        array->encoding = LOXO_GIFTI_BASE64;
+    } else if (encoding != NULL && strcmp(encoding, "GZipBase64Binary") == 0) {
+        array->encoding = LOXO_GIFTI_GZIP;
+    } else if (encoding != NULL && strcmp(encoding, "ExternalFileBinary") == 0) {
+        stop(p, loxo_fail_at(p->ctx, LOXO_ERR_UNSUPPORTED, here(p),
+                             "DataArray: data in another file (ExternalFileBinary) is never opened"));
+        return false;
+    } else {
+        stop_malformed(p, "DataArray: Encoding is missing or unknown");
+        return false;
+    }
+    const bool is_big = endian != NULL && strcmp(endian, "BigEndian") == 0;
+    if (!is_big && array->encoding != LOXO_GIFTI_ASCII && (endian == NULL || strcmp(endian, "LittleEndian") != 0)) {
+        stop_malformed(p, "DataArray: Endian is missing or unknown");
+        return false;
+    }
+    array->swap = array->encoding != LOXO_GIFTI_ASCII && is_big != LOXO_HOST_IS_BIG;
+    array->is_column_major = order != NULL && strcmp(order, "ColumnMajorOrder") == 0;
+    if (order != NULL && !array->is_column_major && strcmp(order, "RowMajorOrder") != 0) {
+        stop_malformed(p, "DataArray: ArrayIndexingOrder is unknown");
+        return false;
+    }
+    return true;
+}
+
+static void copy_text(char to[64], const char *from)
+{
+    size_t n = strlen(from);
+    if (n > 63) n = 63;
+    memcpy(to, from, n);
+    to[n] = '\0';
+}
+
+static void begin_array(parsing *p, const char **attributes)
+{
+    const char *intent = attribute(attributes, "Intent"), *type = attribute(attributes, "DataType");
+    p->array = (loxo_gifti_array){.line = (int64_t)XML_GetCurrentLineNumber(p->parser)};
+    p->in_array = true;
+    p->has_data = false;
+    if (intent == NULL || strncmp(intent, "NIFTI_INTENT_", 13) != 0) {
+        stop_malformed(p, "DataArray: Intent is missing or unknown");
+        return;
+    }
+    copy_text(p->array.intent, intent + 13);
+    if (type == NULL || strncmp(type, "NIFTI_TYPE_", 11) != 0) {
+        stop_malformed(p, "DataArray: DataType is missing or unknown");
+        return;
+    }
+    p->array.type = strcmp(type + 11, "FLOAT32") == 0   ? LOXO_GIFTI_FLOAT32
+                    : strcmp(type + 11, "FLOAT64") == 0 ? LOXO_GIFTI_FLOAT64
+                    : strcmp(type + 11, "INT32") == 0   ? LOXO_GIFTI_INT32
+                                                        : LOXO_GIFTI_OTHER;
+    if (!parse_dimensions(p, attributes) || !parse_coding(p, attributes)) return;
+    const int wanted = p->want(p->user, p->ctx, p->name, &p->array);
+    if (wanted < 0) {
+        stop(p, (loxo_status)wanted);
+        return;
+    }
+    p->is_wanted = wanted > 0;
+}
+
+/* ---- data ---------------------------------------------------------------------------------------------------- */
+
+static loxo_place at_array(const parsing *p)
+{
+    return (loxo_place){.file = p->name, .line = p->array.line, .byte = -1, .element = -1};
+}
+
+static void stop_array(parsing *p, loxo_status status, const char *text)
+{
+    stop(p, loxo_fail_at(p->ctx, status, at_array(p), "DataArray: %s", text));
+}
+
+static void stop_count(parsing *p, size_t n_found, size_t n_wanted, const char *unit)
+{
+    stop(p, loxo_fail_at(p->ctx, LOXO_ERR_MALFORMED, at_array(p),
+                         "DataArray: its dimensions make %zu %s, the data holds %s%zu", n_wanted, unit,
+                         n_found > n_wanted ? "more than " : "", n_found > n_wanted ? n_wanted : n_found));
+}
+
+static void append_data(parsing *p, const char *text, size_t n)
+{
+    if (n > p->capacity - p->n_data) {
+        size_t wanted = p->capacity + p->capacity / 2;
+        if (wanted < p->n_data + n) wanted = p->n_data + n;
+        if (wanted < FEED_BYTES) wanted = FEED_BYTES;
+        uint8_t *grown = loxo_reallocate(p->ctx, p->data, (int64_t)wanted, 1);
+        if (grown == NULL) {
+            stop(p, LOXO_ERR_MEMORY);
+            return;
+        }
+        p->data = grown;
+        p->capacity = wanted;
+    }
+    memcpy(p->data + p->n_data, text, n);
+    p->n_data += n;
+}
+
+/* Numbers as text into numbers of the host. */
+static void decode_ascii(parsing *p, size_t n_numbers, size_t width)
+{
+    const char *at = (const char *)p->data, *end = at + p->n_data;
+    size_t n = 0;
+    if (n_numbers > (p->n_data + 1) / 2) { /* a digit and a blank each */
+        stop_count(p, (p->n_data + 1) / 2, n_numbers, "numbers");
+        return;
+    }
+    uint8_t *bytes = loxo_allocate(p->ctx, (int64_t)n_numbers, width);
+    if (bytes == NULL) {
+        stop(p, LOXO_ERR_MEMORY);
+        return;
+    }
+    p->array.bytes = bytes;
+    for (;; ++n) {
+        while (at < end && loxo_is_space(*at))
+            ++at;
+        if (at == end) break;
+        if (n == n_numbers) {
+            stop_count(p, n + 1, n_numbers, "numbers");
+            return;
+        }
+        double value = 0.0;
+        int64_t integer = 0;
+        loxo_scan scan;
+        if (p->array.type == LOXO_GIFTI_INT32) {
+            scan = loxo_scan_int64(&at, end, &integer);
+            if (scan == LOXO_SCAN_OK && (integer < INT32_MIN || integer > INT32_MAX)) scan = LOXO_SCAN_OVERFLOW;
+            const int32_t narrow = scan == LOXO_SCAN_OK ? (int32_t)integer : 0;
+            memcpy(bytes + n * width, &narrow, width);
+        } else {
+            scan = loxo_scan_double(&at, end, &value);
+            if (scan == LOXO_SCAN_NONFINITE) scan = LOXO_SCAN_OK;
+            const float narrow = (float)value;
+            if (width == 4)
+                memcpy(bytes + n * width, &narrow, width);
+            else
+                memcpy(bytes + n * width, &value, width);
+        }
+        if (scan != LOXO_SCAN_OK) {
+            stop(p, loxo_fail_at(p->ctx, LOXO_ERR_MALFORMED, at_array(p), "DataArray: number %zu is none of its type", n));
+            return;
+        }
+    }
+    if (n < n_numbers) stop_count(p, n, n_numbers, "numbers");
+}
+
+static void inflate_data(parsing *p, size_t n_wanted)
+{
+    uint8_t *bytes = NULL;
+    size_t n = 0;
+    const loxo_status status =
+        loxo_source_inflate(p->ctx, p->data, p->n_data, true, p->name, n_wanted, &bytes, &n);
+    if (status == LOXO_ERR_LIMIT) {
+        stop_count(p, n_wanted + 1, n_wanted, "bytes");
+    } else if (status == LOXO_ERR_MALFORMED) {
+        /* Its byte is one of the compressed data, not of the file. */
+        char text[256];
+        const char *why = loxo_context_failure(p->ctx)->text;
+        const size_t n_why = strnlen(why, sizeof text - 1);
+        memcpy(text, why, n_why);
+        text[n_why] = '\0';
+        stop_array(p, status, text);
+    } else if (status < 0) {
+        stop(p, status);
+    } else {
+        loxo_release(p->ctx, p->data);
+        p->data = bytes;
+        p->n_data = p->capacity = n;
+    }
+}
+
+static void finish_data(parsing *p)
+{
+    loxo_gifti_array *array = &p->array;
+    const size_t width = array->type == LOXO_GIFTI_FLOAT64 ? 8 : 4;
+    const size_t n_numbers = (size_t)(array->n_rows * array->n_columns), n_wanted = n_numbers * width;
+    if (array->encoding == LOXO_GIFTI_ASCII) {
+        decode_ascii(p, n_numbers, width);
+        return;
+    }
+    if (!loxo_base64_decode(p->data, &p->n_data)) {
+        stop_array(p, LOXO_ERR_MALFORMED, "the data is not valid Base64");
+        return;
+    }
+    if (array->encoding == LOXO_GIFTI_GZIP && n_wanted > 0) inflate_data(p, n_wanted);
+    if (p->status < 0) return;
+    if (p->n_data != n_wanted && !(array->encoding == LOXO_GIFTI_GZIP && n_wanted == 0)) {
+        stop_count(p, p->n_data, n_wanted, "bytes");
+        return;
+    }
+    array->bytes = p->data;
+    p->data = NULL;
+    p->capacity = 0;
+}
+
+static void end_array(parsing *p)
+{
+    if (p->is_wanted) {
+        if (!p->has_data) {
+            stop_array(p, LOXO_ERR_MALFORMED, "it has no Data");
+            return;
+        }
+        p->take(p->user, &p->array);
+        p->array.bytes = NULL;
+    }
+    ++p->n_arrays;
+    p->in_array = false;
+    p->is_wanted = false;
+}
+
+/* ---- what expat calls ---------------------------------------------------------------------------------------- */
+
+static void XMLCALL on_start(void *user, const char *element, const char **attributes)
+{
+    parsing *p = user;
+    if (p->status < 0) return;
+    if (++p->depth > MAX_DEPTH) {
+        stop(p, loxo_fail_at(p->ctx, LOXO_ERR_LIMIT, here(p), "elements lie more than %d deep", MAX_DEPTH));
+        return;
+    }
+    if (p->in_data) {
+        stop_malformed(p, "an element inside Data");
+        return;
+    }
+    p->text = NULL;
+    if (p->depth == 1) {
+        if (strcmp(element, "GIFTI") != 0) stop_malformed(p, "XML, but no GIFTI: the outermost element is another one");
+        if (!parse_count(attribute(attributes, "NumberOfDataArrays"), &p->n_announced)) p->n_announced = -1;
+    } else if (p->depth == 2 && strcmp(element, "DataArray") == 0) {
+        begin_array(p, attributes);
+    } else if (p->depth == 3 && p->in_array && strcmp(element, "Data") == 0) {
+        if (p->has_data) stop_malformed(p, "DataArray: a second Data");
+        p->has_data = true;
+        p->in_data = true;
+        p->n_data = 0;
+    } else if (p->depth == 5 && p->in_array && p->is_wanted) {
+        p->text = strcmp(element, "Name") == 0 ? p->key : strcmp(element, "Value") == 0 ? p->value : NULL;
+        p->n_text = 0;
+        if (p->text != NULL) p->text[0] = '\0';
+    }
+}
+
+static void XMLCALL on_end(void *user, const char *element)
+{
+    parsing *p = user;
+    (void)element;
+    if (p->status < 0) return;
+    p->text = NULL;
+    if (p->depth == 4 && p->in_array && p->is_wanted && strcmp(p->key, "Name") == 0) {
+        copy_text(p->array.name, p->value);
+        p->key[0] = '\0';
+    } else if (p->depth == 3 && p->in_data) {
+        p->in_data = false;
+        if (p->is_wanted) finish_data(p);
+    } else if (p->depth == 2 && p->in_array) {
+        end_array(p);
+    }
+    --p->depth;
+}
+
+static void XMLCALL on_text(void *user, const char *text, int n)
+{
+    parsing *p = user;
+    if (p->status < 0) return;
+    if (p->in_data) {
+        if (p->is_wanted) append_data(p, text, (size_t)n);
+    } else if (p->text != NULL) {
+        for (int i = 0; i < n && p->n_text < 63; ++i)
+            p->text[p->n_text++] = text[i];
+        p->text[p->n_text] = '\0';
+    }
+}
+
+static void XMLCALL on_doctype(void *user, const char *name, const char *system_id, const char *public_id,
+                               int has_internal_subset)
+{
+    (void)name, (void)system_id, (void)public_id;
+    if (has_internal_subset != 0) stop_malformed(user, "a DOCTYPE with declarations of its own is refused");
+}
+
+static void XMLCALL on_entity(void *user, const char *name, int is_parameter, const char *value, int n_value,
+                              const char *base, const char *system_id, const char *public_id, const char *notation)
+{
+    (void)name, (void)is_parameter, (void)value, (void)n_value;
+    (void)base, (void)system_id, (void)public_id, (void)notation;
+    stop_malformed(user, "entity declarations are refused");
+}
+
+static void XMLCALL on_skipped_entity(void *user, const char *name, int is_parameter)
+{
+    (void)name, (void)is_parameter;
+    stop_malformed(user, "a reference to an entity that is not defined");
+}
+
+/* ---- the document -------------------------------------------------------------------------------------------- */
+
+static loxo_status fail_xml(parsing *p)
+{
+    const enum XML_Error error = XML_GetErrorCode(p->parser);
+    if (p->status < 0) return p->status;
+    if (error == XML_ERROR_NO_MEMORY) return loxo_fail(p->ctx, LOXO_ERR_MEMORY, "GIFTI: no memory for the XML parser");
+    return loxo_fail_at(p->ctx, LOXO_ERR_MALFORMED, here(p), "XML: %s", XML_ErrorString(error));
+}
+
+static loxo_status feed(parsing *p, const uint8_t *bytes, size_t n)
+{
+    for (size_t at = 0; at < n;) {
+        const size_t n_now = n - at < FEED_BYTES ? n - at : FEED_BYTES;
+        if (XML_Parse(p->parser, (const char *)bytes + at, (int)n_now, at + n_now == n) != XML_STATUS_OK)
+            return fail_xml(p);
+        if (p->status < 0) return p->status;
+        at += n_now;
+        if ((int64_t)at - (int64_t)XML_GetCurrentByteIndex(p->parser) > TOKEN_BYTES)
+            return loxo_fail_at(p->ctx, LOXO_ERR_LIMIT, here(p), "XML: a tag or comment of more than 1 MiB");
+        if (loxo_stop_wanted(p->ctx, "read", (double)at / (double)n))
+            return loxo_fail_at(p->ctx, LOXO_ERR_STOPPED, here(p), "stopped while reading");
+    }
+    if (p->n_announced >= 0 && p->n_announced != p->n_arrays)
+        loxo_warn(p->ctx, "gifti-arrays", 1, "%s: %" PRId64 " arrays announced, %" PRId64 " found", p->name,
+                  p->n_announced, p->n_arrays);
+    return LOXO_OK;
+}
+
+loxo_status loxo_gifti_parse(loxo_context *ctx, const uint8_t *bytes, size_t n, const char *name,
+                             loxo_gifti_want_fn want, loxo_gifti_take_fn take, void *user)
+{
+    parsing p = {.ctx = ctx, .name = name, .want = want, .take = take, .user = user, .n_announced = -1};
+    if (n == 0)
+        return loxo_fail_at(ctx, LOXO_ERR_MALFORMED, (loxo_place){.file = name, .byte = 0, .element = -1},
+                            "empty file");
+    p.parser = XML_ParserCreate(NULL);
+    if (p.parser == NULL) return loxo_fail(ctx, LOXO_ERR_MEMORY, "GIFTI: no memory for the XML parser");
+    XML_SetUserData(p.parser, &p);
+    XML_SetElementHandler(p.parser, on_start, on_end);
+    XML_SetCharacterDataHandler(p.parser, on_text);
+    XML_SetStartDoctypeDeclHandler(p.parser, on_doctype);
+    XML_SetEntityDeclHandler(p.parser, on_entity);
+    XML_SetSkippedEntityHandler(p.parser, on_skipped_entity);
+    const loxo_status status = feed(&p, bytes, n);
+    XML_ParserFree(p.parser);
+    loxo_release(ctx, p.data);
+    loxo_release(ctx, p.array.bytes);
+    return status;
+}
+
+#else
+
+loxo_status loxo_gifti_parse(loxo_context *ctx, const uint8_t *bytes, size_t n, const char *name,
+                             loxo_gifti_want_fn want, loxo_gifti_take_fn take, void *user)
+{
+    (void)bytes, (void)n, (void)want, (void)take, (void)user;
+    return loxo_fail_at(ctx, LOXO_ERR_UNSUPPORTED, (loxo_place){.file = name, .byte = -1, .element = -1},
+                        "GIFTI needs expat, which this build lacks");
+}
+
+#endif

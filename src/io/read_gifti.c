@@ -1,0 +1,169 @@
+/* SPDX-License-Identifier: MIT
+ * Surfaces and fields out of a GIFTI file. Coordinates stay as they are stored: a transform that the file carries leads
+ * to another space (of a scanner, of an atlas), which nobody asked for. */
+#include "io/formats.h"
+#include "io/gifti.h"
+
+#include "base/context.h"
+#include "io/bytes.h"
+#include "io/faces.h"
+#include "io/raw.h"
+
+#include <inttypes.h>
+
+typedef struct surface {
+    loxo_gifti_array points, triangles, field; /* line is 0 while there is none */
+} surface;
+
+static loxo_status refuse(loxo_context *ctx, const char *name, const loxo_gifti_array *array, loxo_status status,
+                          const char *text)
+{
+    return loxo_fail_at(ctx, status, (loxo_place){.file = name, .line = array->line, .byte = -1, .element = -1},
+                        "DataArray: %s", text);
+}
+
+static bool is_float(const loxo_gifti_array *array)
+{
+    return array->type == LOXO_GIFTI_FLOAT32 || array->type == LOXO_GIFTI_FLOAT64;
+}
+
+/* One pointset, one array of triangles, and the first field of floats. */
+static int want_surface(void *user, loxo_context *ctx, const char *name, const loxo_gifti_array *array)
+{
+    surface *s = user;
+    if (strcmp(array->intent, "POINTSET") == 0) {
+        if (s->points.line != 0) return refuse(ctx, name, array, LOXO_ERR_UNSUPPORTED, "a second pointset");
+        if (!is_float(array))
+            return refuse(ctx, name, array, LOXO_ERR_UNSUPPORTED, "a pointset of another type than FLOAT32 or FLOAT64");
+        if (array->n_columns != 3) return refuse(ctx, name, array, LOXO_ERR_MALFORMED, "a pointset without 3 columns");
+        s->points = *array;
+        return 1;
+    }
+    if (strcmp(array->intent, "TRIANGLE") == 0) {
+        if (s->triangles.line != 0) return refuse(ctx, name, array, LOXO_ERR_UNSUPPORTED, "triangles a second time");
+        if (array->type != LOXO_GIFTI_INT32)
+            return refuse(ctx, name, array, LOXO_ERR_UNSUPPORTED, "triangles of another type than INT32");
+        if (array->n_columns != 3) return refuse(ctx, name, array, LOXO_ERR_MALFORMED, "triangles without 3 columns");
+        s->triangles = *array;
+        return 1;
+    }
+    if (s->field.line != 0 || !is_float(array) || array->n_columns != 1) return 0;
+    s->field = *array;
+    return 1;
+}
+
+static void take_surface(void *user, const loxo_gifti_array *array)
+{
+    surface *s = user;
+    if (strcmp(array->intent, "POINTSET") == 0) {
+        s->points = *array;
+    } else if (strcmp(array->intent, "TRIANGLE") == 0) {
+        s->triangles = *array;
+    } else {
+        s->field = *array;
+    }
+}
+
+static void release_surface(loxo_context *ctx, surface *s)
+{
+    loxo_release(ctx, s->points.bytes);
+    loxo_release(ctx, s->triangles.bytes);
+    loxo_release(ctx, s->field.bytes);
+}
+
+static loxo_raw raw_of(const loxo_gifti_array *array)
+{
+    return (loxo_raw){.bytes = array->bytes,
+                      .n_rows = array->n_rows,
+                      .swap = array->swap,
+                      .is_column_major = array->is_column_major,
+                      .byte = -1,
+                      .line = array->line};
+}
+
+static void widen(const loxo_gifti_array *array, double *value)
+{
+    for (int64_t i = 0; i < array->n_rows; ++i)
+        value[i] = array->type == LOXO_GIFTI_FLOAT64 ? loxo_load_double(array->bytes + 8 * i, array->swap)
+                                                     : (double)loxo_load_float(array->bytes + 4 * i, array->swap);
+}
+
+static loxo_status make_field(loxo_context *ctx, const char *name, const loxo_gifti_array *array, loxo_soup *soup)
+{
+    if (array->n_rows != soup->n_vertices) {
+        loxo_warn(ctx, "gifti-field", 1, "%s: an array of %" PRId64 " values is no field on %" PRId64 " vertices", name,
+                  array->n_rows, soup->n_vertices);
+        return LOXO_OK;
+    }
+    soup->fields = loxo_allocate(ctx, 1, sizeof *soup->fields);
+    if (soup->fields == NULL) return LOXO_ERR_MEMORY;
+    soup->fields[0].value = loxo_allocate(ctx, soup->n_vertices, sizeof(double));
+    soup->n_fields = 1;
+    if (soup->fields[0].value == NULL) return LOXO_ERR_MEMORY;
+    memcpy(soup->fields[0].name, array->name, sizeof array->name);
+    if (array->name[0] == '\0') memcpy(soup->fields[0].name, "value", sizeof "value");
+    widen(array, soup->fields[0].value);
+    return LOXO_OK;
+}
+
+static loxo_status make_soup(loxo_context *ctx, const char *name, const surface *s, loxo_soup *soup)
+{
+    const loxo_place place = {.file = name, .byte = -1, .element = -1};
+    const loxo_raw points = raw_of(&s->points), triangles = raw_of(&s->triangles);
+    const bool is_double = s->points.type == LOXO_GIFTI_FLOAT64;
+    loxo_status status;
+    if (s->points.line == 0) return loxo_fail_at(ctx, LOXO_ERR_MALFORMED, place, "GIFTI without a pointset");
+    if (s->triangles.line == 0) return loxo_fail_at(ctx, LOXO_ERR_MALFORMED, place, "GIFTI without triangles");
+    if ((status = loxo_raw_positions(ctx, name, &points, is_double, soup)) < 0) return status;
+    if ((status = loxo_raw_triangles(ctx, name, &triangles, soup)) < 0) return status;
+    if ((status = loxo_raw_finish(ctx, name, &points, is_double, soup)) < 0) return status;
+    return s->field.line != 0 ? make_field(ctx, name, &s->field, soup) : LOXO_OK;
+}
+
+loxo_status loxo_read_gifti(loxo_context *ctx, const uint8_t *bytes, size_t n, const char *name, loxo_soup *soup)
+{
+    surface s = {0};
+    *soup = (loxo_soup){0};
+    loxo_status status = loxo_gifti_parse(ctx, bytes, n, name, want_surface, take_surface, &s);
+    if (status >= 0) status = make_soup(ctx, name, &s, soup);
+    release_surface(ctx, &s);
+    if (status < 0) {
+        loxo_failure_set_file(ctx, name);
+        loxo_soup_destroy(ctx, soup);
+    }
+    return status;
+}
+
+static int want_field(void *user, loxo_context *ctx, const char *name, const loxo_gifti_array *array)
+{
+    loxo_gifti_array *field = user;
+    (void)ctx, (void)name;
+    if (field->line != 0 || !is_float(array) || array->n_columns != 1 || strcmp(array->intent, "POINTSET") == 0)
+        return 0;
+    *field = *array;
+    return 1;
+}
+
+static void take_field(void *user, const loxo_gifti_array *array) { *(loxo_gifti_array *)user = *array; }
+
+loxo_status loxo_read_gifti_field(loxo_context *ctx, const uint8_t *bytes, size_t n_bytes, const char *name,
+                                  double **value, int64_t *n)
+{
+    loxo_gifti_array field = {0};
+    *value = NULL;
+    *n = 0;
+    loxo_status status = loxo_gifti_parse(ctx, bytes, n_bytes, name, want_field, take_field, &field);
+    if (status >= 0 && field.line == 0)
+        status = loxo_fail_at(ctx, LOXO_ERR_MALFORMED, (loxo_place){.file = name, .byte = -1, .element = -1},
+                              "GIFTI without an array of one column of floats");
+    if (status >= 0) {
+        *value = loxo_allocate(ctx, field.n_rows, sizeof **value);
+        if (*value == NULL) status = LOXO_ERR_MEMORY;
+    }
+    if (status >= 0) {
+        *n = field.n_rows;
+        widen(&field, *value);
+    }
+    loxo_release(ctx, field.bytes);
+    return status;
+}
