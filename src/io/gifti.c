@@ -1,14 +1,13 @@
 /* SPDX-License-Identifier: MIT */
 #include "io/gifti.h"
 
-#include "loxo_config.h"
-
 #include "base/allocate.h"
 #include "base/context.h"
 #include "io/base64.h"
 #include "io/bytes.h"
 #include "io/scan.h"
 #include "io/source.h"
+#include "loxo_config.h"
 
 #include <inttypes.h>
 
@@ -251,7 +250,8 @@ static void decode_ascii(parsing *p, size_t n_numbers, size_t width)
                 memcpy(bytes + n * width, &value, width);
         }
         if (scan != LOXO_SCAN_OK) {
-            stop(p, loxo_fail_at(p->ctx, LOXO_ERR_MALFORMED, at_array(p), "DataArray: number %zu is none of its type", n));
+            stop(p,
+                 loxo_fail_at(p->ctx, LOXO_ERR_MALFORMED, at_array(p), "DataArray: number %zu is none of its type", n));
             return;
         }
     }
@@ -262,15 +262,14 @@ static void inflate_data(parsing *p, size_t n_wanted)
 {
     uint8_t *bytes = NULL;
     size_t n = 0;
-    const loxo_status status =
-        loxo_source_inflate(p->ctx, p->data, p->n_data, true, p->name, n_wanted, &bytes, &n);
+    const loxo_status status = loxo_source_inflate(p->ctx, p->data, p->n_data, true, p->name, n_wanted, &bytes, &n);
     if (status == LOXO_ERR_LIMIT) {
         stop_count(p, n_wanted + 1, n_wanted, "bytes");
     } else if (status == LOXO_ERR_MALFORMED) {
         /* Its byte is one of the compressed data, not of the file. */
         char text[256];
         const char *why = loxo_context_failure(p->ctx)->text;
-        const size_t n_why = strnlen(why, sizeof text - 1);
+        const size_t n_why = strlen(why) < sizeof text ? strlen(why) : sizeof text - 1;
         memcpy(text, why, n_why);
         text[n_why] = '\0';
         stop_array(p, status, text);

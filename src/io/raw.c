@@ -55,7 +55,7 @@ loxo_status loxo_raw_triangles(loxo_context *ctx, const char *name, const loxo_r
                 soup->triangle[3 * f + c] = (loxo_index)id;
                 continue;
             }
-            const char *hint = !has_zero && id == n_vertices ? " (are they counted from 1?)"
+            const char *hint = !has_zero && id == n_vertices        ? " (are they counted from 1?)"
                                : __builtin_bswap32(id) < n_vertices ? " (byte order?)"
                                                                     : "";
             return loxo_fail_at(ctx, LOXO_ERR_MALFORMED, place_of(name, raw, i, 4, f),

@@ -8,7 +8,7 @@
 typedef struct loxo_raw {
     const uint8_t *bytes; /* [n_rows][3] numbers, or [3][n_rows] */
     int64_t n_rows;
-    bool swap;            /* not of the host's byte order */
+    bool swap; /* not of the host's byte order */
     bool is_column_major;
     int64_t byte; /* offset of bytes in the file, -1 when they were coded there; for messages */
     int64_t line; /* 0 when unknown */

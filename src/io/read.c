@@ -17,10 +17,9 @@ static loxo_status read_bytes(loxo_context *ctx, const uint8_t *bytes, size_t n,
                               loxo_soup *soup)
 {
     static const reader_fn readers[LOXO_FORMAT_FREESURFER + 1] = {
-        [LOXO_FORMAT_PLY] = loxo_read_ply,
-        [LOXO_FORMAT_OBJ] = loxo_read_obj,
-        [LOXO_FORMAT_OFF] = loxo_read_off,
-        [LOXO_FORMAT_STL] = loxo_read_stl,
+        [LOXO_FORMAT_PLY] = loxo_read_ply,     [LOXO_FORMAT_OBJ] = loxo_read_obj,
+        [LOXO_FORMAT_OFF] = loxo_read_off,     [LOXO_FORMAT_STL] = loxo_read_stl,
+        [LOXO_FORMAT_GIFTI] = loxo_read_gifti, [LOXO_FORMAT_FREESURFER] = loxo_read_freesurfer,
     };
     if (readers[format] == NULL)
         return loxo_fail_at(ctx, LOXO_ERR_UNSUPPORTED, (loxo_place){.file = name, .byte = -1, .element = -1},

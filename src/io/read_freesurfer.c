@@ -1,10 +1,9 @@
 /* SPDX-License-Identifier: MIT
  * FreeSurfer's binary triangle surface: magic FF FF FE, a line of comment and an empty one, two counts, float positions
  * and 32-bit triangles, all big endian. FreeSurfer's own tags may follow; they say nothing of the surface. */
-#include "io/formats.h"
-
 #include "base/context.h"
 #include "io/bytes.h"
+#include "io/formats.h"
 #include "io/raw.h"
 
 #include <inttypes.h>
@@ -44,8 +43,7 @@ static loxo_status find_counts(loxo_context *ctx, const char *name, const uint8_
     if (n - *at < 8) return fail(ctx, name, LOXO_ERR_MALFORMED, n, "the file ends before its counts");
     const bool is_little = read_counts(bytes, n, *at, !swap, counts);
     read_counts(bytes, n, *at, swap, counts);
-    return loxo_fail_at(ctx, LOXO_ERR_MALFORMED,
-                        (loxo_place){.file = name, .byte = (int64_t)*at, .element = -1},
+    return loxo_fail_at(ctx, LOXO_ERR_MALFORMED, (loxo_place){.file = name, .byte = (int64_t)*at, .element = -1},
                         "%" PRIu32 " vertices and %" PRIu32 " faces need %" PRIu64 " bytes, %zu are left%s", counts[0],
                         counts[1], ((uint64_t)counts[0] + counts[1]) * RECORD_BYTES, n - *at - 8,
                         is_little ? " (byte order?)" : " (is the file cut?)");

@@ -1,12 +1,11 @@
 /* SPDX-License-Identifier: MIT
  * Surfaces and fields out of a GIFTI file. Coordinates stay as they are stored: a transform that the file carries leads
  * to another space (of a scanner, of an atlas), which nobody asked for. */
-#include "io/formats.h"
-#include "io/gifti.h"
-
 #include "base/context.h"
 #include "io/bytes.h"
 #include "io/faces.h"
+#include "io/formats.h"
+#include "io/gifti.h"
 #include "io/raw.h"
 
 #include <inttypes.h>
