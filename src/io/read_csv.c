@@ -12,51 +12,58 @@
 typedef struct line {
     int64_t number;
     int64_t n_columns;
-    const char *first, *first_end; /* of the first column, quotes and blanks left out */
+    bool has_commas;
+    const char *first, *first_end; /* of the first column, without blanks */
     const char *last, *last_end;
 } line;
 
 static bool is_comma(char c) { return c == ',' || c == ';'; }
 
-/* Moves *at behind the line; false at the end of the text. Empty lines and comments are passed over. */
+/* Cuts a line without blanks at its ends: at commas where it has any, else at blanks. */
+static void cut(const char *p, const char *line_end, line *row)
+{
+    bool has_commas = false;
+    for (const char *c = p; c < line_end && !has_commas; ++c)
+        has_commas = is_comma(*c);
+    row->n_columns = 0;
+    while (p <= line_end) {
+        const char *end = p;
+        if (p < line_end && *p == '"') {
+            const char *close = memchr(p + 1, '"', (size_t)(line_end - p - 1));
+            if (close != NULL) end = close;
+        }
+        while (end < line_end && !(has_commas ? is_comma(*end) : loxo_is_space(*end)))
+            ++end;
+        const char *next = end + 1; /* behind line_end in the last column */
+        while (end > p && loxo_is_space(end[-1]))
+            --end;
+        if (row->n_columns++ == 0) {
+            row->first = p;
+            row->first_end = end;
+        }
+        row->last = p;
+        row->last_end = end;
+        for (p = next; p < line_end && loxo_is_space(*p);)
+            ++p;
+    }
+    row->has_commas = has_commas;
+}
+
+/* Moves *at behind the next line that carries something; false at the end of the text. */
 static bool next_row(const loxo_text *text, const char **at, line *row)
 {
     while (*at < text->end) {
-        const char *line_end = memchr(*at, text->line_end, (size_t)(text->end - *at));
-        const char *p = *at;
-        if (line_end == NULL) line_end = text->end;
-        *at = line_end < text->end ? line_end + 1 : text->end;
+        const char *next = loxo_text_next_line(text, *at);
+        const char *p = *at, *line_end = next;
+        *at = next;
         ++row->number;
-        row->n_columns = 0;
         while (p < line_end && loxo_is_space(*p))
             ++p;
+        while (line_end > p && loxo_is_space(line_end[-1]))
+            --line_end;
         if (p == line_end || *p == '#') continue;
-        /* A column ends at a comma, or at blanks that no comma follows. */
-        for (;;) {
-            const char *begin = p, *end;
-            if (p < line_end && *p == '"') {
-                const char *close = memchr(p + 1, '"', (size_t)(line_end - p - 1));
-                end = close == NULL ? line_end : close + 1;
-            } else {
-                for (end = p; end < line_end && !is_comma(*end) && !loxo_is_space(*end);)
-                    ++end;
-            }
-            row->last = begin;
-            row->last_end = end;
-            if (row->n_columns++ == 0) {
-                row->first = begin;
-                row->first_end = end;
-            }
-            for (p = end; p < line_end && loxo_is_space(*p);)
-                ++p;
-            if (p == line_end) return true;
-            if (!is_comma(*p)) {
-                if (p == end) return true; /* something glued to a quote: the column count or the number will tell */
-                continue;
-            }
-            for (++p; p < line_end && loxo_is_space(*p);)
-                ++p;
-        }
+        cut(p, line_end, row);
+        return true;
     }
     return false;
 }
@@ -75,7 +82,8 @@ static bool is_word(const char *at, const char *end, const char *word)
 typedef struct reading {
     loxo_context *ctx;
     loxo_text text;
-    int64_t n_columns; /* of the first line; 0: none yet */
+    bool has_first;
+    int64_t n_columns; /* of all lines; 0 when a header does not tell */
     bool is_numbered;  /* the first column counts the lines */
     int64_t first_number;
     double *value;
@@ -109,20 +117,25 @@ static loxo_status take_first(reading *r, const line *row, bool *is_header)
 {
     double value;
     *is_header = !parse_number(row->last, row->last_end, &value);
-    r->n_columns = row->n_columns;
+    r->has_first = true;
+    r->n_columns = *is_header && !row->has_commas ? 0 : row->n_columns; /* words of a name are no columns */
     r->is_numbered = row->n_columns > 1;
     if (!*is_header) return LOXO_OK;
-    /* A header begins with a letter or a quote: 1,5x is a slip, not a name. */
-    const char c = row->last < row->last_end ? *row->last : '\0';
-    if (!(c == '"' || c == '_' || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (unsigned char)c >= 0x80))
+    /* 1,5x is a slip, not a name. */
+    const char *begin = row->has_commas ? row->last : row->first;
+    if (begin == row->last_end || loxo_is_digit(*begin) || memchr("+-.", *begin, 3) != NULL || *begin == '\0')
         return fail(r, row, "is neither a number nor a name", row->last, row->last_end);
-    r->is_numbered = row->n_columns > 1 && is_word(row->first, row->first_end, "vertex");
+    r->is_numbered = is_word(row->first, row->first_end, "vertex");
     return LOXO_OK;
 }
 
 static loxo_status take_row(reading *r, const line *row)
 {
     double value, number;
+    if (r->n_columns == 0) {
+        r->n_columns = row->n_columns;
+        r->is_numbered = r->is_numbered && row->n_columns > 1;
+    }
     if (row->n_columns != r->n_columns)
         return loxo_fail_at(r->ctx, LOXO_ERR_MALFORMED,
                             (loxo_place){.file = r->text.name, .line = row->number, .byte = -1, .element = r->n},
@@ -153,7 +166,7 @@ loxo_status loxo_read_csv(loxo_context *ctx, const uint8_t *bytes, size_t n_byte
         return loxo_fail_at(ctx, LOXO_ERR_MALFORMED, place, "text in UTF-16: save it as UTF-8");
     while (status >= 0 && next_row(&r.text, &at, &row)) {
         bool is_header = false;
-        if (r.n_columns == 0) status = take_first(&r, &row, &is_header);
+        if (!r.has_first) status = take_first(&r, &row, &is_header);
         if (status >= 0 && !is_header) status = take_row(&r, &row);
         if (status >= 0 && row.number % STOP_LINES == 0 &&
             loxo_stop_wanted(ctx, "read", (double)(at - r.text.begin) / (double)n_bytes))
