@@ -111,10 +111,10 @@ TEST(twenty_thousand_digits)
     check_as_strtod(text);
     memset(text, '0', 20000); /* 0.000...1e20001 */
     text[1] = '.';
-    strcpy(text + 20000, "1e19999");
+    memcpy(text + 20000, "1e19999", sizeof "1e19999");
     check_as_strtod(text);
     memset(text, '7', 20000);
-    strcpy(text + 20000, "e-20000");
+    memcpy(text + 20000, "e-20000", sizeof "e-20000");
     check_as_strtod(text);
     free(text);
 }
