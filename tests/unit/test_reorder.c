@@ -99,7 +99,7 @@ static double crossing(const loxo_reordering *r, const loxo_soup *soup)
 
 TEST(orders_are_permutations_and_parts_cover)
 {
-    const size_t part_bytes = 150 * 200;
+    const size_t part_bytes = (size_t)150 * 200;
     loxo_soup soup = make(LOXO_SHAPE_BUMPY, 5000, true);
     const loxo_mesh_arrays arrays = loxo_soup_arrays(&soup);
     for (int k = 0; k < N_ORDERS; ++k) {
@@ -135,7 +135,7 @@ TEST(the_same_for_any_number_of_threads)
         for (int t = 0; t < 4; ++t) {
             loxo_context *ctx = test_context_with_threads(ladder[t]);
             loxo_reordering r;
-            CHECK_STATUS(ctx, loxo_reorder(ctx, &arrays, orders[k], 150 * 300, &r), LOXO_OK);
+            CHECK_STATUS(ctx, loxo_reorder(ctx, &arrays, orders[k], (size_t)150 * 300, &r), LOXO_OK);
             const uint64_t hash = test_hash(r.vertex_new_to_old, (size_t)soup.n_vertices * sizeof(loxo_index)) ^
                                   test_hash(r.part_vertex, (size_t)(r.n_parts + 1) * sizeof(int64_t));
             if (t == 0) first = hash;
@@ -150,21 +150,21 @@ TEST(the_same_for_any_number_of_threads)
 /* All points of a lattice of 16^3, each used by a triangle: consecutive ones on Hilbert's curve are neighbours. */
 TEST(hilbert_steps_from_cell_to_cell)
 {
-    enum { SIDE = 16, N = SIDE * SIDE * SIDE };
-    double *position = malloc(3 * N * sizeof *position);
-    loxo_index *triangle = malloc(3 * N * sizeof *triangle);
-    for (int v = 0; v < N; ++v) {
-        position[3 * v] = v % SIDE;
-        position[3 * v + 1] = v / SIDE % SIDE;
-        position[3 * v + 2] = v / SIDE / SIDE;
+    const int64_t side = 16, n = side * side * side;
+    double *position = malloc((size_t)n * 3 * sizeof *position);
+    loxo_index *triangle = malloc((size_t)n * 3 * sizeof *triangle);
+    for (int64_t v = 0; v < n; ++v) {
+        position[3 * v] = (double)(v % side);
+        position[3 * v + 1] = (double)(v / side % side);
+        position[3 * v + 2] = floor((double)v / (double)(side * side));
         for (int c = 0; c < 3; ++c)
-            triangle[3 * v + c] = (loxo_index)((v + c) % N);
+            triangle[3 * v + c] = (loxo_index)((v + c) % n);
     }
-    const loxo_mesh_arrays arrays = {.n_vertices = N, .n_faces = N, .position = position, .triangle = triangle};
+    const loxo_mesh_arrays arrays = {.n_vertices = n, .n_faces = n, .position = position, .triangle = triangle};
     loxo_reordering r;
     CHECK_OK(loxo_reorder(test_context, &arrays, LOXO_ORDER_HILBERT, 0, &r));
-    free(inverse(&r, N));
-    for (int i = 1; i < N; ++i) {
+    free(inverse(&r, n));
+    for (int64_t i = 1; i < n; ++i) {
         const double *a = position + 3 * (int64_t)r.vertex_new_to_old[i - 1],
                      *b = position + 3 * (int64_t)r.vertex_new_to_old[i];
         CHECK_EQUAL(fabs(a[0] - b[0]) + fabs(a[1] - b[1]) + fabs(a[2] - b[2]), 1);
@@ -197,12 +197,12 @@ TEST(auto_keeps_what_is_local)
         loxo_soup soup = make(local[s], 5000, false);
         const loxo_mesh_arrays arrays = loxo_soup_arrays(&soup);
         loxo_reordering r;
-        CHECK_OK(loxo_reorder(test_context, &arrays, LOXO_ORDER_AUTO, 150 * 300, &r));
+        CHECK_OK(loxo_reorder(test_context, &arrays, LOXO_ORDER_AUTO, (size_t)150 * 300, &r));
         CHECK_EQUAL(r.order, LOXO_ORDER_GIVEN);
         loxo_reordering_destroy(test_context, &r);
         shuffle(&soup);
         const loxo_mesh_arrays shuffled = loxo_soup_arrays(&soup);
-        CHECK_OK(loxo_reorder(test_context, &shuffled, LOXO_ORDER_AUTO, 150 * 300, &r));
+        CHECK_OK(loxo_reorder(test_context, &shuffled, LOXO_ORDER_AUTO, (size_t)150 * 300, &r));
         CHECK_EQUAL(r.order, LOXO_ORDER_HILBERT);
         loxo_reordering_destroy(test_context, &r);
         CHECK_OK(loxo_reorder(test_context, &shuffled, LOXO_ORDER_AUTO, (size_t)1 << 30, &r));
@@ -296,7 +296,7 @@ static loxo_status order_and_drop(loxo_context *ctx, void *arg)
 {
     const order_call *call = arg;
     loxo_reordering r;
-    const loxo_status status = loxo_reorder(ctx, call->arrays, call->order, 150 * 100, &r);
+    const loxo_status status = loxo_reorder(ctx, call->arrays, call->order, (size_t)150 * 100, &r);
     loxo_reordering_destroy(ctx, &r);
     return status;
 }
