@@ -110,9 +110,7 @@ def convert_repairs_only_when_asked():
 
 @test
 def generate_shapes():
-    shapes = [line.split()[0] for line in loxo("help", "generate").out.splitlines()
-              if line.startswith("  ") and not line.startswith("  -") and not line.startswith("  loxo")]
-    shapes = [s for s in shapes if s.isalpha()]
+    shapes = loxo("generate", "?", "-o", "x.ply").err.split("one of")[1].split()
     assert "icosphere" in shapes and len(shapes) >= 10, shapes
     for shape in shapes:
         loxo("generate", shape, "--vertices", "1000", "-o", "x.ply", "--json", "r.json").is_code(0)
