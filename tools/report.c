@@ -36,10 +36,8 @@ void report_row(cli_report *report, const char *label, const char *format, ...)
     (void)fputc('\n', report->rows);
 }
 
-/* Set once memory ran out for a report: it is then not written, rather than written with holes. */
+/* Set once memory ran out for a value. */
 static bool incomplete;
-
-bool json_is_complete(void) { return !incomplete; }
 
 /* jansson takes NULL for a value or an object, and says so. */
 static void put(json_t *object, const char *key, json_t *value)
@@ -123,6 +121,44 @@ void json_put_settings(json_t *object, const char *key, const loxo_option *optio
     json_t *inner = json_put_object(object, key);
     for (; options->name != NULL; ++options)
         put(inner, options->name, json_of_option(options, settings));
+}
+
+typedef struct buffer {
+    char *text;
+    size_t n, capacity;
+} buffer;
+
+/* For json_dump_callback, which does not pass every failure on. */
+static int append_text(const char *text, size_t n, void *user)
+{
+    buffer *b = user;
+    if (n > b->capacity - b->n) {
+        const size_t capacity = 2 * (b->n + n) + 4096;
+        char *bigger = realloc(b->text, capacity);
+        if (bigger == NULL) {
+            incomplete = true;
+            return -1;
+        }
+        b->text = bigger;
+        b->capacity = capacity;
+    }
+    memcpy(b->text + b->n, text, n);
+    b->n += n;
+    return 0;
+}
+
+char *report_json(cli_report *report, size_t *n_text)
+{
+    buffer b = {0};
+    put(report->json, "warnings", json_incref(report->warnings));
+    put(report->json, "files", json_incref(report->files));
+    if (json_dump_callback(report->json, append_text, &b, JSON_INDENT(2) | JSON_REAL_PRECISION(17)) != 0)
+        incomplete = true;
+    (void)append_text("\n", 1, &b);
+    *n_text = b.n;
+    if (!incomplete) return b.text;
+    free(b.text);
+    return NULL;
 }
 
 static char *next_text(void)

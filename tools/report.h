@@ -35,8 +35,9 @@ void json_put_bool(json_t *object, const char *key, bool value);
 json_t *json_put_object(json_t *object, const char *key);
 json_t *json_put_array(json_t *object, const char *key);
 void json_append(json_t *array, json_t *value);
-/* Whether everything so far found memory. */
-bool json_is_complete(void);
+/* The report with its warnings and files as text that ends with a newline, to be freed; NULL when memory ran out for
+ * any part of it: better none than one with holes. */
+char *report_json(cli_report *report, size_t *n_text);
 /* Every setting of a table under its own name. */
 void json_put_settings(json_t *object, const char *key, const loxo_option *options, const void *settings);
 

@@ -378,17 +378,11 @@ static loxo_status write_json(cli_run *run, loxo_status status, int exit_code)
     json_put_integer(bytes, "peak_bytes", (int64_t)memory.peak_bytes);
     json_put_integer(bytes, "limit_bytes", (int64_t)memory.limit_bytes);
     json_put_integer(bytes, "peak_resident_bytes", (int64_t)loxo_os_peak_rss());
-    (void)json_object_set(json, "warnings", run->report.warnings);
-    (void)json_object_set(json, "files", run->report.files);
 
-    char *text = json_dumps(json, JSON_INDENT(2) | JSON_REAL_PRECISION(17));
-    if (text == NULL || !json_is_complete()) {
-        free(text);
-        return cli_fail(run, LOXO_ERR_MEMORY, "no memory for the report");
-    }
-    const size_t n = strlen(text);
-    text[n] = '\n'; /* in place of the final NUL; the length is known */
-    const loxo_status written = loxo_write_bytes(run->ctx, run->json_path, text, n + 1);
+    size_t n = 0;
+    char *text = report_json(&run->report, &n);
+    if (text == NULL) return cli_fail(run, LOXO_ERR_MEMORY, "no memory for the report");
+    const loxo_status written = loxo_write_bytes(run->ctx, run->json_path, text, n);
     free(text);
     return written;
 }
