@@ -2,6 +2,7 @@
  * Generators: counts, closedness, genus, orientation, areas in closed form, the same bits from every way of making. */
 #include "../test.h"
 #include "base/context.h"
+#include "mesh/generate_internal.h"
 #include "par/range.h"
 
 #include <loxo/mesh.h>
@@ -281,6 +282,35 @@ TEST(bumpy_sphere_is_that_of_the_benchmarks)
     CHECK_NEAR3(x.box[1], y.box[1], 1e-12);
     drop(&soup);
     drop(&file);
+}
+
+/* Faces from all over a mesh that is never made: ids in range, edges of the length that the area grants. */
+TEST(two_hundred_million_vertices)
+{
+    enum { N = 64 };
+    if (LOXO_INDEX_MAX < 3 * (int64_t)400000000) SKIP();
+    for (int s = 0; s < LOXO_N_SHAPES; ++s) {
+        const loxo_generate_settings settings = settings_of((loxo_shape)s, 200000000);
+        loxo_generator g;
+        CHECK_OK(loxo_generator_make(test_context, &settings, &g));
+        CHECK_NEAR((double)g.n_vertices, 2e8, 1e5);
+        /* The area is below 50, the strip's edges are 1; slopes of the bumps and folds stretch edges by a few. */
+        const double longest = s == LOXO_SHAPE_STRIP ? 1.5 : 20.0 * sqrt(50.0 / (double)g.n_faces);
+        for (int64_t k = 0; k <= 97; ++k) {
+            loxo_index triangle[N][3];
+            const int64_t begin = (g.n_faces - N) / 97 * k + (k == 97 ? (g.n_faces - N) % 97 : 0);
+            g.faces(&g, begin, begin + N, triangle);
+            for (int f = 0; f < N; ++f) {
+                double p[3][3];
+                for (int c = 0; c < 3; ++c) {
+                    CHECK(triangle[f][c] >= 0 && triangle[f][c] < g.n_vertices);
+                    g.positions(&g, triangle[f][c], (int64_t)triangle[f][c] + 1, &p[c]);
+                }
+                for (int c = 0; c < 3; ++c)
+                    CHECK(length(p[c], p[(c + 1) % 3]) < longest && length(p[c], p[(c + 1) % 3]) > 0.0);
+            }
+        }
+    }
 }
 
 TEST(the_same_bits_for_any_number_of_threads)
