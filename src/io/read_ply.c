@@ -5,9 +5,8 @@
  * source  Turk 1994, The PLY Polygon File Format */
 #include "base/allocate.h"
 #include "base/context.h"
-#include "io/bytes.h"
 #include "io/formats.h"
-#include "io/ply.h"
+#include "io/ply_bytes.h"
 #include "par/range.h"
 
 #include <inttypes.h>
@@ -16,190 +15,20 @@
 #define WAVE_BYTES  ((int64_t)1 << 26) /* between two looks at the monitor */
 #define MARK_ROWS   4096
 
-typedef struct reading {
-    loxo_context *ctx;
-    const char *name;
-    const loxo_table *table;
-    loxo_soup *soup;
-    bool swap;
-    int64_t n_bytes;      /* of the file */
-    const uint8_t *bytes; /* bytes[0] is the file's byte `first`; NULL: still only in the file */
-    int64_t first;
-    uint8_t *owned;                      /* what bytes points to, when it was read here */
-    loxo_source *source;                 /* the file, or NULL */
-    int64_t vertex_at, vertex_row_bytes; /* for messages; 0: rows differ in size */
-    int64_t n_nonfinite;
-} reading;
-
-/* A fault in a row, as threads leave it. */
-typedef struct byte_fault {
-    enum { BYTE_GOOD, BYTE_INDEX, BYTE_SHORT_FILE } trouble;
-    int64_t row, byte, value;
-} byte_fault;
-
-static double load_value(const uint8_t *p, loxo_scalar type, bool swap)
-{
-    switch (type) {
-    case LOXO_INT8: return (double)(int8_t)p[0];
-    case LOXO_UINT8: return (double)p[0];
-    case LOXO_INT16: return (double)(int16_t)loxo_load_u16(p, swap);
-    case LOXO_UINT16: return (double)loxo_load_u16(p, swap);
-    case LOXO_INT32: return (double)(int32_t)loxo_load_u32(p, swap);
-    case LOXO_UINT32: return (double)loxo_load_u32(p, swap);
-    case LOXO_FLOAT32: return (double)loxo_load_float(p, swap);
-    case LOXO_FLOAT64: break;
-    }
-    return loxo_load_double(p, swap);
-}
-
-static int64_t load_integer(const uint8_t *p, loxo_scalar type, bool swap)
-{
-    switch (type) {
-    case LOXO_INT8: return (int8_t)p[0];
-    case LOXO_UINT8: return p[0];
-    case LOXO_INT16: return (int16_t)loxo_load_u16(p, swap);
-    case LOXO_UINT16: return loxo_load_u16(p, swap);
-    case LOXO_INT32: return (int32_t)loxo_load_u32(p, swap);
-    default: return loxo_load_u32(p, swap);
-    }
-}
-
-static loxo_status fail_early(const reading *r, const loxo_element *element, int64_t n_found)
-{
-    return loxo_fail_at(r->ctx, LOXO_ERR_MALFORMED,
-                        (loxo_place){.file = r->name, .byte = r->n_bytes, .element = n_found},
-                        "the file ends early: %" PRId64 " rows of \"%s\" declared, %" PRId64 " found", element->n_rows,
-                        element->name, n_found);
-}
-
-static loxo_status fail_index(const reading *r, const byte_fault *fault, const char *noun)
-{
-    const int64_t n = r->table->n_vertices;
-    const loxo_place place = {.file = r->name, .byte = fault->byte, .element = fault->row};
-    if (fault->trouble == BYTE_SHORT_FILE)
-        return loxo_fail_at(r->ctx, LOXO_ERR_READ, place,
-                            "the file became shorter while it was read, or cannot be read");
-    if (n == 0)
-        return loxo_fail_at(r->ctx, LOXO_ERR_MALFORMED, place,
-                            "%s %" PRId64 ": vertex index %" PRId64 ", but there are no vertices", noun, fault->row,
-                            fault->value);
-    return loxo_fail_at(r->ctx, LOXO_ERR_MALFORMED, place,
-                        "%s %" PRId64 ": vertex index %" PRId64 " not in 0..%" PRId64, noun, fault->row, fault->value,
-                        n - 1);
-}
-
-/* n bytes of the file from `at` on: where they lie, or read into buffer. NULL when the file no longer has them. */
-static const uint8_t *fetch(const reading *r, int64_t at, int64_t n, uint8_t *buffer)
-{
-    size_t got = 0;
-    if (r->bytes != NULL) return r->bytes + (at - r->first);
-    if (loxo_os_read_at(NULL, &r->source->file, at, buffer, (size_t)n, &got) < 0 || got < (size_t)n) return NULL;
-    return buffer;
-}
-
-/* From `at` on, all of the file into memory. */
-static loxo_status load_rest(reading *r, int64_t at)
-{
-    if (r->bytes != NULL) return LOXO_OK;
-    r->owned = loxo_allocate(r->ctx, r->n_bytes - at, 1);
-    if (r->owned == NULL) return LOXO_ERR_MEMORY;
-    const int64_t n_blocks = (r->n_bytes - at + BLOCK_BYTES - 1) / BLOCK_BYTES;
-    bool is_short = false;
-#pragma omp parallel num_threads(loxo_threads_for(r->ctx, r->n_bytes - at, 0.2)) reduction(|| : is_short)
-    {
-        const loxo_range range = loxo_thread_range(n_blocks);
-        for (int64_t i = range.begin; i < range.end; ++i) {
-            const int64_t from = at + i * BLOCK_BYTES;
-            const int64_t n = r->n_bytes - from < BLOCK_BYTES ? r->n_bytes - from : BLOCK_BYTES;
-            is_short = is_short || fetch(r, from, n, r->owned + (from - at)) == NULL;
-        }
-    }
-    if (is_short)
-        return loxo_fail_at(r->ctx, LOXO_ERR_READ, (loxo_place){.file = r->name, .byte = -1, .element = -1},
-                            "the file became shorter while it was read, or cannot be read");
-    r->bytes = r->owned;
-    r->first = at;
-    return LOXO_OK;
-}
-
-/* Bytes of a row when lists are of n_list entries; *has_list says whether there are any. */
-static int64_t row_bytes(const reading *r, const loxo_element *element, int64_t n_list, bool *has_list)
-{
-    int64_t n = 0;
-    *has_list = false;
-    for (int i = 0; i < element->n_columns; ++i) {
-        const loxo_column *column = &r->table->column[element->first_column + i];
-        *has_list = *has_list || column->is_list;
-        n += column->is_list ? loxo_scalar_bytes(column->length_type) + n_list * loxo_scalar_bytes(column->type)
-                             : loxo_scalar_bytes(column->type);
-    }
-    return n;
-}
-
-/* Checks that n_rows of at least row bytes each can be in what is left. */
-static loxo_status check_room(const reading *r, const loxo_element *element, int64_t at, int64_t row)
-{
-    size_t n_bytes;
-    if (row == 0) return LOXO_OK;
-    if (!loxo_mul(&n_bytes, (size_t)element->n_rows, (size_t)row))
-        return loxo_fail_at(r->ctx, LOXO_ERR_LIMIT, (loxo_place){.file = r->name, .byte = at, .element = -1},
-                            "%" PRId64 " rows of \"%s\" are more than any file holds", element->n_rows, element->name);
-    if (element->n_rows > (r->n_bytes - at) / row) return fail_early(r, element, (r->n_bytes - at) / row);
-    return LOXO_OK;
-}
-
-/* ---- rows of differing size: walked -------------------------------------------------------------------------- */
-
-/* What a walk does with a list or scalar. */
-typedef void (*column_fn)(void *arg, const loxo_column *column, const uint8_t *p, int64_t n);
-
-/* Over one row in memory, calling fn for each column; NULL and a failure when the row is cut or a length is negative. */
-static const uint8_t *walk_row(const reading *r, const loxo_element *element, int64_t row, const uint8_t *p,
-                               column_fn fn, void *arg, loxo_status *status)
-{
-    const uint8_t *end = r->bytes + (r->n_bytes - r->first);
-    for (int i = 0; i < element->n_columns; ++i) {
-        const loxo_column *column = &r->table->column[element->first_column + i];
-        const int64_t n_value = loxo_scalar_bytes(column->type);
-        const int64_t n_length = column->is_list ? loxo_scalar_bytes(column->length_type) : 0;
-        const int64_t byte = r->first + (p - r->bytes);
-        int64_t n = 1;
-        if (end - p < n_length) {
-            *status = fail_early(r, element, row);
-            return NULL;
-        }
-        if (column->is_list) n = load_integer(p, column->length_type, r->swap);
-        p += n_length;
-        if (n < 0 || n > (end - p) / n_value) {
-            if (!column->is_list)
-                *status = fail_early(r, element, row);
-            else
-                *status = loxo_fail_at(r->ctx, LOXO_ERR_MALFORMED,
-                                       (loxo_place){.file = r->name, .byte = byte, .element = row},
-                                       "%s %" PRId64 ": a list of %" PRId64 " entries, with %td bytes left",
-                                       element->name, row, n, end - p);
-            return NULL;
-        }
-        if (fn != NULL) fn(arg, column, p, n);
-        p += n * n_value;
-    }
-    return p;
-}
-
-static loxo_status skip_element(reading *r, const loxo_element *element, int64_t *at)
+static loxo_status skip_element(loxo_ply_reading *r, const loxo_element *element, int64_t *at)
 {
     bool has_list;
-    const int64_t row = row_bytes(r, element, 0, &has_list);
-    loxo_status status = check_room(r, element, *at, row);
+    const int64_t row = loxo_ply_row_bytes(r, element, 0, &has_list);
+    loxo_status status = loxo_ply_check_room(r, element, *at, row);
     if (status < 0) return status;
     if (!has_list) {
         *at += element->n_rows * row;
         return LOXO_OK;
     }
-    if ((status = load_rest(r, *at)) < 0) return status;
+    if ((status = loxo_ply_load_rest(r, *at)) < 0) return status;
     const uint8_t *p = r->bytes + (*at - r->first);
     for (int64_t i = 0; i < element->n_rows; ++i) {
-        p = walk_row(r, element, i, p, NULL, NULL, &status);
+        p = loxo_ply_walk_row(r, element, i, p, NULL, NULL, &status);
         if (p == NULL) return status;
     }
     *at = r->first + (p - r->bytes);
@@ -209,7 +38,7 @@ static loxo_status skip_element(reading *r, const loxo_element *element, int64_t
 /* ---- vertices ------------------------------------------------------------------------------------------------ */
 
 typedef struct vertex_put {
-    const reading *r;
+    const loxo_ply_reading *r;
     int64_t row;
 } vertex_put;
 
@@ -218,7 +47,7 @@ static void put_vertex_column(void *arg, const loxo_column *column, const uint8_
     const vertex_put *put = arg;
     loxo_soup *soup = put->r->soup;
     if (column->is_list || column->role == LOXO_ROLE_SKIP || n != 1) return;
-    const double value = load_value(p, column->type, put->r->swap);
+    const double value = loxo_ply_load_value(p, column->type, put->r->swap);
     const int64_t at = 3 * put->row + (int)column->role - (int)LOXO_ROLE_X;
     if (column->role == LOXO_ROLE_FIELD)
         soup->fields[column->field].value[put->row] = value;
@@ -229,7 +58,7 @@ static void put_vertex_column(void *arg, const loxo_column *column, const uint8_
 }
 
 /* Rows that are just x, y, z as the soup holds them. */
-static bool is_plain(const reading *r, const loxo_element *element)
+static bool is_plain(const loxo_ply_reading *r, const loxo_element *element)
 {
     const loxo_column *column = &r->table->column[element->first_column];
     const loxo_scalar type = r->table->is_float ? LOXO_FLOAT32 : LOXO_FLOAT64;
@@ -241,7 +70,8 @@ static bool is_plain(const reading *r, const loxo_element *element)
 }
 
 /* Puts n rows of one size, from `row` on, from p; returns how many have a coordinate that is not finite. */
-static int64_t put_vertices(const reading *r, const loxo_element *element, int64_t row, int64_t n, const uint8_t *p)
+static int64_t put_vertices(const loxo_ply_reading *r, const loxo_element *element, int64_t row, int64_t n,
+                            const uint8_t *p)
 {
     int64_t n_nonfinite = 0, offset = 0;
     for (int i = 0; i < element->n_columns; ++i) {
@@ -269,7 +99,7 @@ static int64_t put_vertices(const reading *r, const loxo_element *element, int64
     return n_nonfinite;
 }
 
-static loxo_status read_vertices_of_one_size(reading *r, const loxo_element *element, int64_t at)
+static loxo_status read_vertices_of_one_size(loxo_ply_reading *r, const loxo_element *element, int64_t at)
 {
     const int64_t row = r->vertex_row_bytes, n_rows = element->n_rows;
     /* The header has x, y and z. NOLINTNEXTLINE(clang-analyzer-core.DivideZero) */
@@ -296,7 +126,7 @@ static loxo_status read_vertices_of_one_size(reading *r, const loxo_element *ele
                 const int64_t k = begin + b * block_rows;
                 const int64_t n_here = begin + n - k < block_rows ? begin + n - k : block_rows;
                 uint8_t *into = plain ? target + k * row : buffer;
-                const uint8_t *p = fetch(r, at + k * row, n_here * row, into);
+                const uint8_t *p = loxo_ply_fetch(r, at + k * row, n_here * row, into);
                 if (p == NULL) {
                     is_short = true;
                 } else if (plain) {
@@ -315,15 +145,17 @@ static loxo_status read_vertices_of_one_size(reading *r, const loxo_element *ele
     }
     loxo_release(r->ctx, buffers);
     r->n_nonfinite = n_nonfinite;
-    if (is_short) return fail_index(r, &(byte_fault){.trouble = BYTE_SHORT_FILE, .byte = -1, .row = -1}, element->name);
+    if (is_short)
+        return loxo_ply_fail_index(r, &(loxo_byte_fault){.trouble = LOXO_BYTE_SHORT_FILE, .byte = -1, .row = -1},
+                                   element->name);
     return LOXO_OK;
 }
 
-static loxo_status read_vertices(reading *r, const loxo_element *element, int64_t *at)
+static loxo_status read_vertices(loxo_ply_reading *r, const loxo_element *element, int64_t *at)
 {
     bool has_list;
-    const int64_t row = row_bytes(r, element, 0, &has_list);
-    loxo_status status = check_room(r, element, *at, row);
+    const int64_t row = loxo_ply_row_bytes(r, element, 0, &has_list);
+    loxo_status status = loxo_ply_check_room(r, element, *at, row);
     if (status < 0) return status;
     if ((status = loxo_table_allocate_vertices(r->ctx, r->table, element->n_rows, r->soup)) < 0) return status;
     r->vertex_at = *at;
@@ -332,10 +164,10 @@ static loxo_status read_vertices(reading *r, const loxo_element *element, int64_
         *at += element->n_rows * row;
         return element->n_rows == 0 ? LOXO_OK : read_vertices_of_one_size(r, element, r->vertex_at);
     }
-    if ((status = load_rest(r, *at)) < 0) return status;
+    if ((status = loxo_ply_load_rest(r, *at)) < 0) return status;
     const uint8_t *p = r->bytes + (*at - r->first);
     for (int64_t i = 0; i < element->n_rows; ++i) {
-        p = walk_row(r, element, i, p, put_vertex_column, &(vertex_put){r, i}, &status);
+        p = loxo_ply_walk_row(r, element, i, p, put_vertex_column, &(vertex_put){r, i}, &status);
         if (p == NULL) return status;
         r->n_nonfinite += !loxo_is_finite3(r->soup, i);
     }
@@ -351,7 +183,7 @@ typedef struct triangle_rows {
     loxo_scalar length_type, type;
 } triangle_rows;
 
-static bool are_triangles_possible(const reading *r, const loxo_element *element, triangle_rows *rows)
+static bool are_triangles_possible(const loxo_ply_reading *r, const loxo_element *element, triangle_rows *rows)
 {
     int64_t at = 0;
     int n_lists = 0;
@@ -374,8 +206,8 @@ static bool are_triangles_possible(const reading *r, const loxo_element *element
 }
 
 /* n rows from p into triangle. false when a row is no triangle. A fault ends it too, with true. */
-static bool put_triangles(const reading *r, const triangle_rows *rows, int64_t face, int64_t n, const uint8_t *p,
-                          byte_fault *fault)
+static bool put_triangles(const loxo_ply_reading *r, const triangle_rows *rows, int64_t face, int64_t n,
+                          const uint8_t *p, loxo_byte_fault *fault)
 {
     loxo_index *out = &r->soup->triangle[3 * face];
     const int64_t n_vertices = r->table->n_vertices, n_corner = loxo_scalar_bytes(rows->type);
@@ -384,7 +216,7 @@ static bool put_triangles(const reading *r, const triangle_rows *rows, int64_t f
     for (int64_t k = 0; k < n; ++k, p += rows->row_bytes, out += 3) {
         const uint8_t *q = p + rows->corner_at;
         if (is_byte_length ? p[rows->length_at] != 3
-                           : load_integer(p + rows->length_at, rows->length_type, r->swap) != 3)
+                           : loxo_ply_load_integer(p + rows->length_at, rows->length_type, r->swap) != 3)
             return false;
         if (is_32) {
             /* A negative int is a large unsigned. */
@@ -396,10 +228,10 @@ static bool put_triangles(const reading *r, const triangle_rows *rows, int64_t f
             if (a < limit && b < limit && c < limit) continue;
         }
         for (int i = 0; i < 3; ++i) {
-            const int64_t index = load_integer(q + i * n_corner, rows->type, r->swap);
+            const int64_t index = loxo_ply_load_integer(q + i * n_corner, rows->type, r->swap);
             out[i] = (loxo_index)index;
             if (index >= 0 && index < n_vertices) continue;
-            *fault = (byte_fault){BYTE_INDEX, face + k, (q + i * n_corner) - p, index};
+            *fault = (loxo_byte_fault){LOXO_BYTE_INDEX, face + k, (q + i * n_corner) - p, index};
             return true;
         }
     }
@@ -407,14 +239,14 @@ static bool put_triangles(const reading *r, const triangle_rows *rows, int64_t f
 }
 
 /* Reads faces as if all were triangles; *done false when one is not. */
-static loxo_status read_triangles(reading *r, const loxo_element *element, const triangle_rows *rows, int64_t at,
-                                  bool *done)
+static loxo_status read_triangles(loxo_ply_reading *r, const loxo_element *element, const triangle_rows *rows,
+                                  int64_t at, bool *done)
 {
     const int64_t row = rows->row_bytes, n_rows = element->n_rows;
     const int64_t block_rows = BLOCK_BYTES / row + 1, wave_rows = WAVE_BYTES / row + 1;
     const int max_threads = loxo_threads_for(r->ctx, n_rows, 3.0);
     uint8_t *buffers = NULL;
-    byte_fault first = {.row = INT64_MAX};
+    loxo_byte_fault first = {.row = INT64_MAX};
     bool is_other = false;
     loxo_status status = loxo_soup_allocate_triangles(r->ctx, r->soup, n_rows);
     if (status < 0) return status;
@@ -422,25 +254,25 @@ static loxo_status read_triangles(reading *r, const loxo_element *element, const
         buffers = loxo_allocate(r->ctx, max_threads * block_rows, (size_t)row);
         if (buffers == NULL) return LOXO_ERR_MEMORY;
     }
-    for (int64_t begin = 0; begin < n_rows && !is_other && first.trouble == BYTE_GOOD; begin += wave_rows) {
+    for (int64_t begin = 0; begin < n_rows && !is_other && first.trouble == LOXO_BYTE_GOOD; begin += wave_rows) {
         const int64_t n = n_rows - begin < wave_rows ? n_rows - begin : wave_rows;
         const int64_t n_blocks = (n + block_rows - 1) / block_rows;
 #pragma omp parallel num_threads(max_threads) reduction(|| : is_other)
         {
             uint8_t *buffer = buffers == NULL ? NULL : buffers + loxo_thread_id() * block_rows * row;
             const loxo_range range = loxo_thread_range(n_blocks);
-            byte_fault fault = {BYTE_GOOD, 0, 0, 0};
-            for (int64_t b = range.begin; b < range.end && !is_other && fault.trouble == BYTE_GOOD; ++b) {
+            loxo_byte_fault fault = {LOXO_BYTE_GOOD, 0, 0, 0};
+            for (int64_t b = range.begin; b < range.end && !is_other && fault.trouble == LOXO_BYTE_GOOD; ++b) {
                 const int64_t k = begin + b * block_rows;
                 const int64_t n_here = begin + n - k < block_rows ? begin + n - k : block_rows;
-                const uint8_t *p = fetch(r, at + k * row, n_here * row, buffer);
+                const uint8_t *p = loxo_ply_fetch(r, at + k * row, n_here * row, buffer);
                 if (p == NULL)
-                    fault = (byte_fault){BYTE_SHORT_FILE, k, -1, 0};
+                    fault = (loxo_byte_fault){LOXO_BYTE_SHORT_FILE, k, -1, 0};
                 else
                     is_other = !put_triangles(r, rows, k, n_here, p, &fault);
             }
 #pragma omp critical(loxo_ply_fault)
-            if (fault.trouble != BYTE_GOOD && fault.row < first.row) first = fault;
+            if (fault.trouble != LOXO_BYTE_GOOD && fault.row < first.row) first = fault;
         }
         if (loxo_stop_wanted(r->ctx, "read", (double)(at + (begin + n) * row) / (double)r->n_bytes)) {
             loxo_release(r->ctx, buffers);
@@ -449,9 +281,9 @@ static loxo_status read_triangles(reading *r, const loxo_element *element, const
     }
     loxo_release(r->ctx, buffers);
     *done = !is_other;
-    if (is_other || first.trouble == BYTE_GOOD) return LOXO_OK;
-    if (first.trouble == BYTE_INDEX) first.byte += at + first.row * row;
-    return fail_index(r, &first, "face");
+    if (is_other || first.trouble == LOXO_BYTE_GOOD) return LOXO_OK;
+    if (first.trouble == LOXO_BYTE_INDEX) first.byte += at + first.row * row;
+    return loxo_ply_fail_index(r, &first, "face");
 }
 
 /* ---- faces of any kind, and strips --------------------------------------------------------------------------- */
@@ -476,13 +308,13 @@ static void note_corners(void *arg, const loxo_column *column, const uint8_t *p,
     if (column->role == LOXO_ROLE_CORNERS) *(corners *)arg = (corners){p, n, column};
 }
 
-static loxo_status walk_faces(reading *r, polygons *faces, int64_t *at)
+static loxo_status walk_faces(loxo_ply_reading *r, polygons *faces, int64_t *at)
 {
     bool has_list;
     const loxo_element *element = faces->element;
-    loxo_status status = check_room(r, element, *at, row_bytes(r, element, 0, &has_list));
+    loxo_status status = loxo_ply_check_room(r, element, *at, loxo_ply_row_bytes(r, element, 0, &has_list));
     if (status < 0) return status;
-    if ((status = load_rest(r, *at)) < 0) return status;
+    if ((status = loxo_ply_load_rest(r, *at)) < 0) return status;
     faces->n_marks = (element->n_rows + MARK_ROWS - 1) / MARK_ROWS;
     faces->mark = loxo_allocate(r->ctx, faces->n_marks, sizeof *faces->mark);
     faces->mark_triangle = loxo_allocate(r->ctx, faces->n_marks, sizeof *faces->mark_triangle);
@@ -494,7 +326,7 @@ static loxo_status walk_faces(reading *r, polygons *faces, int64_t *at)
             faces->mark[i / MARK_ROWS] = p;
             faces->mark_triangle[i / MARK_ROWS] = faces->tally.n_triangles;
         }
-        p = walk_row(r, element, i, p, note_corners, &found, &status);
+        p = loxo_ply_walk_row(r, element, i, p, note_corners, &found, &status);
         if (p == NULL) return status;
         loxo_face_count(&faces->tally, i, found.n);
     }
@@ -502,14 +334,15 @@ static loxo_status walk_faces(reading *r, polygons *faces, int64_t *at)
     return LOXO_OK;
 }
 
-static bool load_corners(const reading *r, const corners *found, int64_t face, loxo_index *corner, byte_fault *fault)
+static bool load_corners(const loxo_ply_reading *r, const corners *found, int64_t face, loxo_index *corner,
+                         loxo_byte_fault *fault)
 {
     const int64_t step = loxo_scalar_bytes(found->column->type);
     for (int64_t i = 0; i < found->n; ++i) {
         const uint8_t *p = found->p + i * step;
-        const int64_t index = load_integer(p, found->column->type, r->swap);
+        const int64_t index = loxo_ply_load_integer(p, found->column->type, r->swap);
         if (index < 0 || index >= r->table->n_vertices) {
-            *fault = (byte_fault){BYTE_INDEX, face, r->first + (p - r->bytes), index};
+            *fault = (loxo_byte_fault){LOXO_BYTE_INDEX, face, r->first + (p - r->bytes), index};
             return false;
         }
         corner[i] = (loxo_index)index;
@@ -518,8 +351,8 @@ static bool load_corners(const reading *r, const corners *found, int64_t face, l
 }
 
 /* The rows behind one mark; the walk was good before, so it cannot fail now. */
-static void put_polygons(const reading *r, const polygons *faces, int64_t mark, loxo_index *corner, void *room,
-                         loxo_face_tally *tally, byte_fault *fault)
+static void put_polygons(const loxo_ply_reading *r, const polygons *faces, int64_t mark, loxo_index *corner, void *room,
+                         loxo_face_tally *tally, loxo_byte_fault *fault)
 {
     const int64_t begin = mark * MARK_ROWS, n_rows = faces->element->n_rows;
     const int64_t end = n_rows - begin < MARK_ROWS ? n_rows : begin + MARK_ROWS;
@@ -528,7 +361,7 @@ static void put_polygons(const reading *r, const polygons *faces, int64_t mark, 
     loxo_status status = LOXO_OK;
     for (int64_t i = begin; i < end; ++i) {
         corners found = {NULL, 0, NULL};
-        p = walk_row(r, faces->element, i, p, note_corners, &found, &status);
+        p = loxo_ply_walk_row(r, faces->element, i, p, note_corners, &found, &status);
         if (!load_corners(r, &found, i, corner, fault)) return;
         if (found.n < 3) continue;
         if (!loxo_polygon_triangulate(r->soup, corner, found.n, room, triangle) && tally->n_doubtful++ == 0)
@@ -537,12 +370,12 @@ static void put_polygons(const reading *r, const polygons *faces, int64_t mark, 
     }
 }
 
-static loxo_status read_polygons(reading *r, polygons *faces)
+static loxo_status read_polygons(loxo_ply_reading *r, polygons *faces)
 {
     const size_t n_corner = ((size_t)faces->tally.max_corners * sizeof(loxo_index) + 63) / 64 * 64;
     const size_t n_room = n_corner + (loxo_polygon_room_bytes(faces->tally.max_corners) + 63) / 64 * 64;
     const int max_threads = n_room > (size_t)1 << 22 ? 1 : loxo_threads_for(r->ctx, faces->element->n_rows, 20.0);
-    byte_fault first = {.row = INT64_MAX};
+    loxo_byte_fault first = {.row = INT64_MAX};
     loxo_face_tally doubtful = {.first_doubtful = INT64_MAX};
     uint8_t *rooms = loxo_allocate(r->ctx, max_threads, n_room);
     if (rooms == NULL) return LOXO_ERR_MEMORY;
@@ -550,13 +383,13 @@ static loxo_status read_polygons(reading *r, polygons *faces)
     {
         uint8_t *room = rooms + (size_t)loxo_thread_id() * n_room;
         const loxo_range range = loxo_thread_range(faces->n_marks);
-        byte_fault fault = {BYTE_GOOD, 0, 0, 0};
+        loxo_byte_fault fault = {LOXO_BYTE_GOOD, 0, 0, 0};
         loxo_face_tally tally = {0};
-        for (int64_t m = range.begin; m < range.end && fault.trouble == BYTE_GOOD; ++m)
+        for (int64_t m = range.begin; m < range.end && fault.trouble == LOXO_BYTE_GOOD; ++m)
             put_polygons(r, faces, m, (loxo_index *)(void *)room, room + n_corner, &tally, &fault);
 #pragma omp critical(loxo_ply_fault)
         {
-            if (fault.trouble != BYTE_GOOD && fault.row < first.row) first = fault;
+            if (fault.trouble != LOXO_BYTE_GOOD && fault.row < first.row) first = fault;
             doubtful.n_doubtful += tally.n_doubtful;
             if (tally.n_doubtful > 0 && tally.first_doubtful < doubtful.first_doubtful)
                 doubtful.first_doubtful = tally.first_doubtful;
@@ -564,29 +397,31 @@ static loxo_status read_polygons(reading *r, polygons *faces)
     }
     loxo_release(r->ctx, rooms);
     loxo_face_tally_add(&faces->tally, &doubtful);
-    return first.trouble == BYTE_GOOD ? LOXO_OK : fail_index(r, &first, "face");
+    return first.trouble == LOXO_BYTE_GOOD ? LOXO_OK : loxo_ply_fail_index(r, &first, "face");
 }
 
 /* Strips are few and long: one thread. triangle NULL counts. */
-static loxo_status read_strips(reading *r, const loxo_element *element, int64_t *at, loxo_index *triangle, int64_t *n)
+static loxo_status read_strips(loxo_ply_reading *r, const loxo_element *element, int64_t *at, loxo_index *triangle,
+                               int64_t *n)
 {
     bool has_list;
-    loxo_status status = check_room(r, element, *at, row_bytes(r, element, 0, &has_list));
+    loxo_status status = loxo_ply_check_room(r, element, *at, loxo_ply_row_bytes(r, element, 0, &has_list));
     if (status < 0) return status;
-    if ((status = load_rest(r, *at)) < 0) return status;
+    if ((status = loxo_ply_load_rest(r, *at)) < 0) return status;
     const uint8_t *p = r->bytes + (*at - r->first);
     *n = 0;
     for (int64_t i = 0; i < element->n_rows; ++i) {
         corners found = {NULL, 0, NULL};
         loxo_strip strip = {0};
-        p = walk_row(r, element, i, p, note_corners, &found, &status);
+        p = loxo_ply_walk_row(r, element, i, p, note_corners, &found, &status);
         if (p == NULL) return status;
         for (int64_t k = 0; k < found.n; ++k) {
             const uint8_t *q = found.p + k * loxo_scalar_bytes(found.column->type);
-            const int64_t index = load_integer(q, found.column->type, r->swap);
+            const int64_t index = loxo_ply_load_integer(q, found.column->type, r->swap);
             loxo_index made[3];
             if (index < -1 || index >= r->table->n_vertices)
-                return fail_index(r, &(byte_fault){BYTE_INDEX, i, r->first + (q - r->bytes), index}, "strip");
+                return loxo_ply_fail_index(r, &(loxo_byte_fault){LOXO_BYTE_INDEX, i, r->first + (q - r->bytes), index},
+                                           "strip");
             if (!loxo_strip_next(&strip, (loxo_index)index, made)) continue;
             if (triangle != NULL) memcpy(&triangle[3 * *n], made, sizeof made);
             ++*n;
@@ -598,7 +433,7 @@ static loxo_status read_strips(reading *r, const loxo_element *element, int64_t 
 
 /* ---- the whole ----------------------------------------------------------------------------------------------- */
 
-static loxo_status finish(reading *r, const loxo_face_tally *tally, int64_t at)
+static loxo_status finish(loxo_ply_reading *r, const loxo_face_tally *tally, int64_t at)
 {
     const int64_t bad = r->n_nonfinite == 0 ? -1 : loxo_soup_first_used_nonfinite(r->ctx, r->soup);
     if (bad >= 0)
@@ -616,7 +451,7 @@ static loxo_status finish(reading *r, const loxo_face_tally *tally, int64_t at)
 }
 
 /* Elements in the file's order; polygons and strips when all are found, since cutting them needs the positions. */
-static loxo_status read_elements(reading *r, int64_t at, polygons *faces)
+static loxo_status read_elements(loxo_ply_reading *r, int64_t at, polygons *faces)
 {
     const loxo_table *table = r->table;
     int64_t strips_at = 0, n_strip = 0;
@@ -665,14 +500,14 @@ static loxo_status read_elements(reading *r, int64_t at, polygons *faces)
 static loxo_status read_binary(loxo_context *ctx, const uint8_t *bytes, int64_t n_bytes, loxo_source *source,
                                const char *name, const loxo_ply_header *header, loxo_soup *soup)
 {
-    reading r = {.ctx = ctx,
-                 .name = name,
-                 .table = &header->table,
-                 .soup = soup,
-                 .swap = header->is_big != LOXO_HOST_IS_BIG,
-                 .n_bytes = n_bytes,
-                 .bytes = bytes,
-                 .source = source};
+    loxo_ply_reading r = {.ctx = ctx,
+                          .name = name,
+                          .table = &header->table,
+                          .soup = soup,
+                          .swap = header->is_big != LOXO_HOST_IS_BIG,
+                          .n_bytes = n_bytes,
+                          .bytes = bytes,
+                          .source = source};
     polygons faces = {0};
     const loxo_status status = read_elements(&r, (int64_t)header->n_bytes, &faces);
     loxo_release(ctx, faces.mark);

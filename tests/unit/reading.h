@@ -239,7 +239,13 @@ static inline void check_shared_files(const shared_file *files, size_t n)
         for (size_t t = 0; t < 4; ++t) {
             loxo_context *ctx = test_context_with_threads(thread_ladder[t]);
             loxo_soup soup;
-            CHECK_STATUS(ctx, loxo_read_mesh(ctx, path, NULL, &soup), LOXO_OK);
+            const loxo_status status = loxo_read_mesh(ctx, path, NULL, &soup);
+            if (files[i].n_vertices > (int64_t)LOXO_INDEX_MAX) { /* a build with 16-bit ids */
+                CHECK_STATUS(ctx, status, LOXO_ERR_LIMIT);
+                loxo_context_destroy(ctx);
+                continue;
+            }
+            CHECK_STATUS(ctx, status, LOXO_OK);
             CHECK_EQUAL(soup.n_vertices, files[i].n_vertices);
             CHECK_EQUAL(soup.n_faces, files[i].n_faces);
             CHECK_EQUAL(loxo_context_n_warnings(ctx), 0);

@@ -92,9 +92,9 @@ static void write_fans(text_buffer *b, int n, int bad_line)
 TEST(threads_change_neither_the_mesh_nor_the_message)
 {
     text_buffer good = {0}, bad = {0};
-    write_fans(&good, 12000, -1);
+    write_fans(&good, 8000, -1);
     check_thread_ladder(good.text, good.n, "a.obj", NULL);
-    write_fans(&bad, 12000, 7000);
+    write_fans(&bad, 8000, 7000);
     check_thread_ladder(bad.text, bad.n, "a.obj",
                         &(bad_file){.what = "a vertex in the middle",
                                     .status = LOXO_ERR_MALFORMED,

@@ -373,17 +373,17 @@ TEST(bytes_and_threads)
     for (int kind = 0; kind < 4; ++kind) {
         const bool quads = kind % 2 != 0, extra = kind / 2 != 0;
         text_buffer good = {0}, bad = {0};
-        write_binary_grid(&good, 200, quads, extra, -1);
+        write_binary_grid(&good, 150, quads, extra, -1);
         const uint64_t mine = check_thread_ladder(good.text, good.n, "a.ply", NULL);
         if (!extra) hash[quads] = mine;
         CHECK(mine == hash[quads]);
-        write_binary_grid(&bad, 200, quads, extra, 30001);
-        const int64_t row = quads ? 17 : 13, n_faces = 199 * 199 * (quads ? 1 : 2);
+        write_binary_grid(&bad, 150, quads, extra, 15001);
+        const int64_t row = quads ? 17 : 13, n_faces = 149 * 149 * (quads ? 1 : 2);
         check_thread_ladder(bad.text, bad.n, "a.ply",
                             &(bad_file){.what = "a face in the middle",
                                         .status = LOXO_ERR_MALFORMED,
-                                        .byte = (int64_t)bad.n - (n_faces - 30001) * row + 1,
-                                        .element = 30001,
+                                        .byte = (int64_t)bad.n - (n_faces - 15001) * row + 1,
+                                        .element = 15001,
                                         .text = "vertex index -5"});
         text_free(&good);
         text_free(&bad);
@@ -395,7 +395,7 @@ TEST(a_binary_file_costs_no_more_than_its_mesh)
     text_buffer b = {0};
     loxo_soup soup;
     const char *path = test_scratch("peak.ply");
-    write_binary_grid(&b, 500, false, false, -1);
+    write_binary_grid(&b, 180, false, false, -1);
     write_scratch(path, b.text, b.n);
     CHECK_OK(loxo_read_mesh(test_context, path, NULL, &soup));
     const size_t mesh_bytes = (size_t)soup.n_vertices * 24 + (size_t)soup.n_faces * 12;
@@ -433,7 +433,7 @@ TEST(the_monitor_stops_it_and_nothing_is_left)
     text_buffer b = {0};
     loxo_soup soup;
     int n_calls = 0;
-    write_grid(&b, 600, false, -1, -1); /* long enough for the monitor to be asked, 20 ms */
+    write_grid(&b, 180, false, -1, -1); /* may be done before the monitor is asked, after 20 ms */
     loxo_context_set_monitor(test_context, stop_at_once, &n_calls);
     const loxo_status status = loxo_read_mesh_memory(test_context, b.text, b.n, "a.ply", NULL, &soup);
     CHECK(n_calls > 0 ? status == LOXO_ERR_STOPPED : status == LOXO_OK);
