@@ -9,6 +9,14 @@
 
 #include <inttypes.h>
 
+/* Never NULL. */
+static inline void *allocate_or_abort(size_t n)
+{
+    void *block = malloc(n);
+    if (block == NULL) abort();
+    return block;
+}
+
 /* A literal that may hold zeros. */
 #define BYTES(literal) (literal), sizeof(literal) - 1
 
@@ -180,10 +188,11 @@ static inline loxo_status read_memory_file(loxo_context *ctx, void *arg)
     return status;
 }
 
+/* Only the name counts. */
 static inline loxo_status read_disk_file(loxo_context *ctx, void *arg)
 {
     loxo_soup soup;
-    const loxo_status status = loxo_read_mesh(ctx, arg, NULL, &soup);
+    const loxo_status status = loxo_read_mesh(ctx, ((const memory_file *)arg)->name, NULL, &soup);
     loxo_soup_destroy(ctx, &soup);
     return status;
 }
@@ -194,14 +203,19 @@ typedef struct text_buffer {
     size_t n, capacity;
 } text_buffer;
 
+static inline void text_reserve(text_buffer *b, size_t n_more)
+{
+    if (b->text != NULL && b->n + n_more <= b->capacity) return;
+    b->capacity = 2 * b->capacity + n_more;
+    char *grown = realloc(b->text, b->capacity);
+    if (grown == NULL) abort();
+    b->text = grown;
+}
+
 __attribute__((format(printf, 2, 3))) static inline void text_add(text_buffer *b, const char *format, ...)
 {
     va_list args;
-    if (b->n + 4096 > b->capacity) {
-        b->capacity = 2 * b->capacity + 8192;
-        b->text = realloc(b->text, b->capacity);
-        CHECK(b->text != NULL);
-    }
+    text_reserve(b, 4096);
     va_start(args, format);
     b->n += (size_t)vsnprintf(b->text + b->n, 4096, format, args);
     va_end(args);
@@ -209,11 +223,7 @@ __attribute__((format(printf, 2, 3))) static inline void text_add(text_buffer *b
 
 static inline void bytes_add(text_buffer *b, const void *bytes, size_t n)
 {
-    if (b->n + n > b->capacity) {
-        b->capacity = 2 * b->capacity + n;
-        b->text = realloc(b->text, b->capacity);
-        CHECK(b->text != NULL);
-    }
+    text_reserve(b, n + 1);
     memcpy(b->text + b->n, bytes, n);
     b->n += n;
 }

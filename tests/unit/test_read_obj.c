@@ -112,9 +112,9 @@ static double signed_area(const loxo_soup *soup, double *smallest)
     double sum = 0.0;
     *smallest = INFINITY;
     for (int64_t f = 0; f < soup->n_faces; ++f) {
-        const double *a = &soup->position[3 * soup->triangle[3 * f]],
-                     *b = &soup->position[3 * soup->triangle[3 * f + 1]],
-                     *c = &soup->position[3 * soup->triangle[3 * f + 2]];
+        const double *a = &soup->position[(int64_t)3 * soup->triangle[3 * f]],
+                     *b = &soup->position[(int64_t)3 * soup->triangle[3 * f + 1]],
+                     *c = &soup->position[(int64_t)3 * soup->triangle[3 * f + 2]];
         const double area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
         sum += area;
         *smallest = fmin(*smallest, area);
@@ -129,28 +129,28 @@ TEST(a_polygon_of_20000_corners_on_one_line)
         const int n = 20000;
         text_buffer b = {0};
         loxo_soup soup;
-        double smallest, area = 0.0, *p = malloc((size_t)n * 2 * sizeof *p);
-        CHECK(p != NULL);
+        double smallest, area = 0.0;
+        double(*p)[2] = allocate_or_abort((size_t)n * sizeof *p);
         for (int i = 0; i < n; ++i) {
             const double angle = 2.0 * 3.141592653589793 * i / n;
             const int half = i < n / 2 ? i : n - 1 - i; /* there and back */
             const double turn = 0.002 * half, radius = 1.0 + 0.0005 * half + (i < n / 2 ? 0.0 : -0.3);
             if (shape == 0) {
-                p[2 * i] = i == 0 ? 0.0 : i == n - 1 ? (double)n : i;
-                p[2 * i + 1] = i == 0 || i == n - 1 ? 10.0 : i % 2 == 0 ? 9.0 : -100.0;
+                p[i][0] = i == 0 ? 0.0 : i == n - 1 ? (double)n : i;
+                p[i][1] = i == 0 || i == n - 1 ? 10.0 : i % 2 == 0 ? 9.0 : -100.0;
             } else if (shape == 1) {
-                p[2 * i] = (i % 2 == 0 ? 1.0 : 0.3) * cos(angle);
-                p[2 * i + 1] = (i % 2 == 0 ? 1.0 : 0.3) * sin(angle);
+                p[i][0] = (i % 2 == 0 ? 1.0 : 0.3) * cos(angle);
+                p[i][1] = (i % 2 == 0 ? 1.0 : 0.3) * sin(angle);
             } else {
-                p[2 * i] = radius * cos(turn);
-                p[2 * i + 1] = radius * sin(turn);
+                p[i][0] = radius * cos(turn);
+                p[i][1] = radius * sin(turn);
             }
-            text_add(&b, "v %.17g %.17g 0\n", p[2 * i], p[2 * i + 1]);
+            text_add(&b, "v %.17g %.17g 0\n", p[i][0], p[i][1]);
         }
         text_add(&b, "f");
         for (int i = 0; i < n; ++i) {
             const int k = (i + 1) % n;
-            area += p[2 * i] * p[2 * k + 1] - p[2 * i + 1] * p[2 * k];
+            area += p[i][0] * p[k][1] - p[i][1] * p[k][0];
             text_add(&b, " %d", i + 1);
         }
         CHECK_OK(loxo_read_mesh_memory(test_context, b.text, b.n, "a.obj", NULL, &soup));
@@ -172,7 +172,7 @@ TEST(every_allocation_may_fail)
     CHECK(test_each_allocation_fails(read_memory_file, &(memory_file){b.text, b.n, "a.obj"}) >= 4);
     const char *path = test_scratch("b.obj");
     write_scratch(path, b.text, b.n);
-    CHECK(test_each_allocation_fails(read_disk_file, (void *)(uintptr_t)path) >= 5);
+    CHECK(test_each_allocation_fails(read_disk_file, &(memory_file){.name = path}) >= 5);
     text_free(&b);
 }
 

@@ -295,7 +295,7 @@ static void write_grid(text_buffer *b, int n, bool quads, int bad_vertex, int ba
              n * n);
     text_add(b, "element face %d\nproperty list uchar int vertex_indices\nend_header\n", n_faces);
     for (int i = 0; i < n * n; ++i)
-        text_add(b, "%.17g %.9g %s\n", i % n / 7.0, i / n / 3.0, i == bad_vertex ? "1e" : "0.25");
+        text_add(b, "%.17g %.9g %s\n", i % n / 7.0, floor((double)i / n) / 3.0, i == bad_vertex ? "1e" : "0.25");
     for (int i = 0; i < n - 1; ++i) {
         for (int k = 0; k < n - 1; ++k) {
             const int v = i * n + k;
@@ -347,7 +347,7 @@ static void write_binary_grid(text_buffer *b, int n, bool quads, bool extra, int
     text_add(b, "property double z\n%selement face %d\n", extra ? "property uchar red\n" : "", n_faces);
     text_add(b, "property list uchar int vertex_indices\nend_header\n");
     for (int i = 0; i < n * n; ++i) {
-        const double p[3] = {i % n / 7.0, i / n / 3.0, 0.25};
+        const double p[3] = {i % n / 7.0, floor((double)i / n) / 3.0, 0.25};
         bytes_add(b, p, sizeof p);
         if (extra) bytes_add(b, "r", 1);
     }
@@ -378,7 +378,7 @@ TEST(bytes_and_threads)
         if (!extra) hash[quads] = mine;
         CHECK(mine == hash[quads]);
         write_binary_grid(&bad, 150, quads, extra, 15001);
-        const int64_t row = quads ? 17 : 13, n_faces = 149 * 149 * (quads ? 1 : 2);
+        const int64_t row = quads ? 17 : 13, n_faces = (int64_t)149 * 149 * (quads ? 1 : 2);
         check_thread_ladder(bad.text, bad.n, "a.ply",
                             &(bad_file){.what = "a face in the middle",
                                         .status = LOXO_ERR_MALFORMED,
@@ -416,7 +416,7 @@ TEST(every_allocation_may_fail)
         const char *path = test_scratch("b.ply");
         write_binary_grid(&b, 8, kind % 2 != 0, kind / 2 != 0, -1);
         write_scratch(path, b.text, b.n);
-        CHECK(test_each_allocation_fails(read_disk_file, (void *)(uintptr_t)path) >= 4);
+        CHECK(test_each_allocation_fails(read_disk_file, &(memory_file){.name = path}) >= 4);
         text_free(&b);
     }
 }

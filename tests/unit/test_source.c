@@ -105,9 +105,8 @@ TEST(a_stream_beyond_its_limit_is_refused)
 TEST(a_large_file_is_the_same_by_any_number_of_threads)
 {
     const size_t n = 3000017;
-    char *bytes = malloc(n);
+    char *bytes = allocate_or_abort(n);
     const char *path = test_scratch("large.bin");
-    CHECK(bytes != NULL);
     for (size_t i = 0; i < n; ++i)
         bytes[i] = (char)(i * i % 251);
     write_scratch(path, bytes, n);
@@ -129,12 +128,12 @@ TEST(a_large_file_is_the_same_by_any_number_of_threads)
 TEST(a_file_that_shrinks_or_grows_meanwhile_is_an_error)
 {
     const size_t n = 200000;
-    char *bytes = calloc(n, 1);
+    char *bytes = allocate_or_abort(n);
     const char *path = test_scratch("changes.bin");
     loxo_source source;
     uint8_t *read = NULL;
     size_t n_read = 0;
-    CHECK(bytes != NULL);
+    memset(bytes, 0, n);
     for (int grows = 0; grows < 2; ++grows) {
         write_scratch(path, bytes, n);
         CHECK_OK(loxo_source_open(test_context, path, &source));
@@ -155,11 +154,9 @@ static void pack(text_buffer *out, const void *bytes, size_t n)
 {
     z_stream z = {0};
     const size_t room = n + n / 10 + 1000;
-    unsigned char *packed = malloc(room);
-    CHECK(packed != NULL);
+    unsigned char *packed = allocate_or_abort(room);
     CHECK(deflateInit2(&z, 9, Z_DEFLATED, 15 + 16, 9, Z_DEFAULT_STRATEGY) == Z_OK);
-    unsigned char *copy = malloc(n + 1);
-    CHECK(copy != NULL);
+    unsigned char *copy = allocate_or_abort(n + 1);
     memcpy(copy, bytes, n);
     z.next_in = copy;
     z.avail_in = (uInt)n;
@@ -213,13 +210,13 @@ TEST(gzip_that_is_cut_anywhere_or_has_a_flipped_bit_is_an_error)
 TEST(a_bomb_stops_at_the_limit)
 {
     const size_t n = 50000000;
-    char *zeros = calloc(n, 1);
+    char *zeros = allocate_or_abort(n);
     text_buffer b = {0}, nested = {0};
     loxo_soup soup;
     loxo_read_settings settings = loxo_read_settings_default();
     loxo_context_settings context_settings = loxo_context_settings_default();
     loxo_context *small = NULL;
-    CHECK(zeros != NULL);
+    memset(zeros, 0, n);
     pack(&b, zeros, n);
     free(zeros);
     settings.max_bytes = 1000000;
@@ -259,7 +256,7 @@ TEST(every_allocation_of_unpacking_may_fail)
     const char *path = test_scratch("b.obj.gz");
     write_scratch(path, b.text, b.n);
     CHECK(test_each_allocation_fails(read_memory_file, &(memory_file){b.text, b.n, "a.obj.gz"}) >= 5);
-    CHECK(test_each_allocation_fails(read_disk_file, (void *)(uintptr_t)path) > 5);
+    CHECK(test_each_allocation_fails(read_disk_file, &(memory_file){.name = path}) > 5);
     text_free(&b);
 }
 
