@@ -245,6 +245,7 @@ static inline void check_shared_files(const shared_file *files, size_t n)
     for (size_t i = 0; i < n; ++i) {
         uint64_t hash = 0;
         const char *path = test_shared(files[i].name);
+        NEEDS_IDS(3 * files[i].n_faces);
         if (path == NULL) SKIP();
         for (size_t t = 0; t < 4; ++t) {
             loxo_context *ctx = test_context_with_threads(thread_ladder[t]);

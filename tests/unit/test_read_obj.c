@@ -91,6 +91,7 @@ static void write_fans(text_buffer *b, int n, int bad_line)
 
 TEST(threads_change_neither_the_mesh_nor_the_message)
 {
+    NEEDS_IDS(48000);
     text_buffer good = {0}, bad = {0};
     write_fans(&good, 8000, -1);
     check_thread_ladder(good.text, good.n, "a.obj", NULL);

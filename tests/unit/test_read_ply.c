@@ -369,6 +369,7 @@ static void write_binary_grid(text_buffer *b, int n, bool quads, bool extra, int
 
 TEST(bytes_and_threads)
 {
+    NEEDS_IDS(40000);
     uint64_t hash[2] = {0, 0};
     for (int kind = 0; kind < 4; ++kind) {
         const bool quads = kind % 2 != 0, extra = kind / 2 != 0;
@@ -392,6 +393,7 @@ TEST(bytes_and_threads)
 
 TEST(a_binary_file_costs_no_more_than_its_mesh)
 {
+    NEEDS_IDS(250000);
     text_buffer b = {0};
     loxo_soup soup;
     const char *path = test_scratch("peak.ply");
@@ -430,6 +432,7 @@ static int stop_at_once(void *user, const loxo_progress *progress)
 
 TEST(the_monitor_stops_it_and_nothing_is_left)
 {
+    NEEDS_IDS(360000);
     text_buffer b = {0};
     loxo_soup soup;
     int n_calls = 0;
