@@ -97,9 +97,6 @@ static loxo_status make_mesh(cli_run *run, const geodesic_state *s, loxo_soup *s
     (void)cli_seconds(run, "mesh", start_s);
     const loxo_mesh_view view = loxo_mesh_get_view(*mesh);
     cli_report_mesh(run, &info, &view);
-    if (info.n_components > 1)
-        cli_warn(run, info.n_components, "%lld components; those without a source stay at infinity",
-                 (long long)info.n_components);
     return cli_combine(run, status);
 }
 
@@ -121,9 +118,6 @@ static loxo_status solve(cli_run *run, const geodesic_state *s, const loxo_mesh 
     if (status == LOXO_STOPPED && !run->common->keep_partial) return LOXO_ERR_STOPPED;
     (void)cli_seconds(run, "solve", start_s);
     cli_report_geodesic(run, &info, loxo_mesh_n_vertices(mesh));
-    if (info.n_unreached > 0)
-        cli_warn(run, info.n_unreached, "%lld vertices cannot be reached from a source: infinity",
-                 (long long)info.n_unreached);
     return cli_combine(run, status);
 }
 

@@ -114,8 +114,12 @@ void cli_report_geodesic(cli_run *run, const loxo_geodesic_info *i, int64_t n_ve
             report_row(out, name, "%s", text_seconds(i->phase_s[p]));
     }
     report_row(out, "solve", "%s", text_seconds(i->total_s));
-    report_row(out, "memory", "%s peak, %.0f bytes a vertex; workspace %s", text_bytes(resident), resident / n,
-               text_bytes((double)i->workspace_bytes));
+    if (n_vertices >= 10000) /* below, the program itself is the larger part */
+        report_row(out, "memory", "%s peak, %.0f bytes a vertex; workspace %s", text_bytes(resident), resident / n,
+                   text_bytes((double)i->workspace_bytes));
+    else
+        report_row(out, "memory", "%s peak; workspace %s", text_bytes(resident),
+                   text_bytes((double)i->workspace_bytes));
     if (i->n_constraints > 0)
         report_row(out, "constraints", "%s, residual %.2g", text_count(i->n_constraints), i->constraint_residual);
     if (i->n_unreached > 0) report_row(out, "unreached", "%s vertices (infinity)", text_count(i->n_unreached));

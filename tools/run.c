@@ -339,7 +339,8 @@ static void put_failure(cli_run *run, const loxo_failure *f)
     if (f->element >= 0) json_put_integer(failure, "element", f->element);
 }
 
-/* The context's warnings join the command's own. Returns how many there are. */
+/* The context's warnings join the command's own. A failed run says one line, why; its warnings are in the report, and
+ * on standard error with --verbose. Returns how many there are. */
 static size_t tell_warnings(cli_run *run, loxo_status status)
 {
     if (run->ctx == NULL) return 0;
@@ -350,7 +351,7 @@ static size_t tell_warnings(cli_run *run, loxo_status status)
     if (status == LOXO_NOT_CONVERGED || status == LOXO_CHECK_FAILED || status == LOXO_STOPPED)
         cli_warn(run, 1, "%s", loxo_status_text(status));
     const size_t n = json_array_size(run->report.warnings);
-    for (size_t i = 0; i < n; ++i) {
+    for (size_t i = 0; i < n && (status >= 0 || run->common->verbose); ++i) {
         const char *text = json_string_value(json_object_get(json_array_get(run->report.warnings, i), "text"));
         (void)fprintf(stderr, "%s: warning: %s\n", run->input != NULL ? name_of_file(run->input, LOXO_OK) : "loxo",
                       text != NULL ? text : "");
