@@ -80,7 +80,6 @@ static void put_info(json_t *json, const loxo_geodesic_info *i)
     json_put_integer(json, "n_constraints", i->n_constraints);
     json_put_number(json, "constraint_residual", i->constraint_residual);
     json_put_integer(json, "n_unreached", i->n_unreached);
-    json_put_integer(json, "n_components_reached", i->n_components_reached);
     json_put_integer(json, "n_nonpositive_heat", i->n_nonpositive_heat);
     json_put_number(json, "breach_percentile_50", i->breach_percentile_50);
     json_put_number(json, "breach_percentile_90", i->breach_percentile_90);

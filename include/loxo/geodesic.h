@@ -86,7 +86,6 @@ typedef struct loxo_geodesic_info {
     double constraint_residual; /* largest |line integral| over its chain's length at the end */
     /* the check of the answer */
     int64_t n_unreached; /* vertices at infinity: other components, unreferenced ones */
-    int64_t n_components_reached;
     int64_t n_nonpositive_heat; /* vertices whose heat was not positive (negative cotangent weights) */
     double breach_percentile_50, breach_percentile_90, breach_percentile_99, breach_max;
     double gradient_share; /* share of the reached area where | |grad d| - 1 | > 0.1 */
@@ -112,6 +111,12 @@ LOXO_API loxo_status loxo_geodesic_create(loxo_context *ctx, const loxo_mesh *me
  * cost         linear time; allocates nothing that grows with the mesh; same bits for any thread count */
 LOXO_API loxo_status loxo_geodesic_solve(loxo_geodesic *geodesic, const loxo_index *sources, int64_t n_sources,
                                          double *distance, loxo_geodesic_info *info);
+
+/* The same from a heat that is given instead of diffused, as loxo_geodesic_heat returns it: value * 2^scale in the
+ * caller's order; scale may be NULL (all 0). For comparisons of diffusions. LOXO_ERR_ARGUMENT: a value not finite. */
+LOXO_API loxo_status loxo_geodesic_solve_from_heat(loxo_geodesic *geodesic, const loxo_index *sources,
+                                                   int64_t n_sources, const double *value, const int32_t *scale,
+                                                   double *distance, loxo_geodesic_info *info);
 
 /* The heat of the last solve, caller's order: sign * 2^scale * value, so that nothing underflows at any width.
  *   value [n_vertices], scale [n_vertices] out. LOXO_ERR_ARGUMENT before the first solve. */

@@ -5,13 +5,15 @@
 
 #include "base/arena.h"
 #include "base/context.h"
+#include "base/os.h"
 
 #include <inttypes.h>
 #include <stdlib.h>
 #include <string.h>
 
-#define ALIGN    ((size_t)64)
-#define OVERHEAD (2 * ALIGN) /* header and room to align, whatever the raw pointer's alignment */
+#define ALIGN       ((size_t)64)
+#define LARGE_BLOCK ((size_t)8 << 20)
+#define OVERHEAD    (2 * ALIGN) /* header and room to align, whatever the raw pointer's alignment */
 
 typedef struct block_header {
     void *raw;
@@ -74,6 +76,7 @@ void *loxo_allocate(loxo_context *ctx, int64_t count, size_t size)
         loxo_fail(ctx, LOXO_ERR_MEMORY, "the allocator has no %zu bytes", raw_bytes);
         return NULL;
     }
+    if (a.allocate == NULL && raw_bytes >= LARGE_BLOCK) loxo_os_prefer_large_pages(raw, raw_bytes);
     return place_header(raw, n_bytes);
 }
 

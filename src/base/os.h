@@ -11,7 +11,10 @@ size_t loxo_os_peak_rss(void);     /* most resident bytes of this process so far
 size_t loxo_os_memory(void);       /* bytes of the machine, 0 when unknown */
 size_t loxo_os_memory_limit(void); /* what the control group grants, or loxo_os_memory() */
 int loxo_os_n_processors(void);    /* affinity and control-group quota, at least 1 */
+/* Asks for large pages under a big block that was just allocated: fewer faults at its first touch. A hint. */
+void loxo_os_prefer_large_pages(void *block, size_t n_bytes);
 bool loxo_os_is_terminal(int fd);
+void loxo_os_yield(void); /* lets another thread have the processor */
 
 /* A file or stream being read. */
 typedef struct loxo_os_file {

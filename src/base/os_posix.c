@@ -11,12 +11,14 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/mman.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
 #include <time.h>
 #include <unistd.h>
 
 /* Linux moves at most 0x7ffff000 bytes in one call; smaller slices also let a stop be seen. */
+#define LARGE_PAGE   ((size_t)2 << 20)
 #define MAX_TRANSFER ((size_t)1 << 30)
 
 double loxo_os_clock_s(void)
@@ -92,6 +94,15 @@ int loxo_os_n_processors(void)
         }
     }
     return n > 0 ? n : 1;
+}
+
+void loxo_os_yield(void) { (void)sched_yield(); }
+
+void loxo_os_prefer_large_pages(void *block, size_t n_bytes)
+{
+    const uintptr_t large = (uintptr_t)LARGE_PAGE, start = (uintptr_t)block;
+    const uintptr_t begin = (start + large - 1) / large * large, end = (start + n_bytes) / large * large;
+    if (begin < end) (void)madvise((unsigned char *)block + (begin - start), end - begin, MADV_HUGEPAGE);
 }
 
 bool loxo_os_is_terminal(int fd) { return isatty(fd) == 1; }

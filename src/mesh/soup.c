@@ -31,6 +31,56 @@ loxo_mesh_arrays loxo_soup_arrays(const loxo_soup *soup)
     };
 }
 
+void *loxo_gather(loxo_context *ctx, const void *from, const loxo_index *origin, int64_t n, size_t size)
+{
+    unsigned char *to = loxo_allocate(ctx, n, size);
+    if (to == NULL) return NULL;
+#pragma omp parallel num_threads(loxo_threads_for(ctx, n, 5))
+    {
+        const loxo_range r = loxo_thread_range(n);
+        for (int64_t i = r.begin; i < r.end; ++i)
+            memcpy(to + (size_t)i * size, (const unsigned char *)from + (size_t)origin[i] * size, size);
+    }
+    return to;
+}
+
+loxo_status loxo_soup_gather_vertices(loxo_context *ctx, loxo_soup *soup, const loxo_index *origin, int64_t n)
+{
+    const size_t size = 3 * (soup->position != NULL ? sizeof(double) : sizeof(float));
+    const void *from = soup->position != NULL ? (const void *)soup->position : (const void *)soup->position_float;
+    double **value = NULL;
+    void *position = NULL;
+    int n_done = 0;
+    if (soup->n_fields > 0) {
+        value = loxo_allocate(ctx, soup->n_fields, sizeof *value);
+        if (value == NULL) return LOXO_ERR_MEMORY;
+    }
+    for (; n_done < soup->n_fields; ++n_done) {
+        value[n_done] = loxo_gather(ctx, soup->fields[n_done].value, origin, n, sizeof(double));
+        if (value[n_done] == NULL) goto fail;
+    }
+    if (from != NULL && (position = loxo_gather(ctx, from, origin, n, size)) == NULL) goto fail;
+    for (int i = 0; i < soup->n_fields; ++i) {
+        loxo_release(ctx, soup->fields[i].value);
+        soup->fields[i].value = value[i];
+    }
+    loxo_release(ctx, value);
+    if (soup->position != NULL) {
+        loxo_release(ctx, soup->position);
+        soup->position = position;
+    } else {
+        loxo_release(ctx, soup->position_float);
+        soup->position_float = position;
+    }
+    soup->n_vertices = n;
+    return LOXO_OK;
+fail:
+    while (n_done > 0)
+        loxo_release(ctx, value[--n_done]);
+    loxo_release(ctx, value);
+    return LOXO_ERR_MEMORY;
+}
+
 static bool is_aligned(const void *pointer, size_t alignment) { return (uintptr_t)pointer % alignment == 0; }
 
 loxo_status loxo_arrays_check_counts(loxo_context *ctx, const char *who, const loxo_mesh_arrays *arrays)

@@ -64,6 +64,13 @@ loxo_status loxo_mark_duplicate_faces(loxo_context *ctx, int64_t n_vertices, int
  * not finite are only equal to themselves. */
 loxo_status loxo_find_duplicate_vertices(loxo_context *ctx, const loxo_mesh_arrays *arrays, loxo_index *first);
 
+/* A new array, to[i] = from[origin[i]], i < n, for items of size bytes; NULL without memory. */
+void *loxo_gather(loxo_context *ctx, const void *from, const loxo_index *origin, int64_t n, size_t size);
+
+/* The soup's vertices become those in origin[n], in that order, with positions and fields; triangles are left. The
+ * soup changes only when all of it is there. LOXO_OK, LOXO_ERR_MEMORY. */
+loxo_status loxo_soup_gather_vertices(loxo_context *ctx, loxo_soup *soup, const loxo_index *origin, int64_t n);
+
 /* Sorts items ascending by `less`, in place, n log n, without memory and without recursion. */
 typedef bool (*loxo_less_fn)(const void *arg, loxo_index a, loxo_index b);
 void loxo_sort_items(loxo_index *item, int64_t n, loxo_less_fn less, const void *arg);

@@ -1,0 +1,32 @@
+/* SPDX-License-Identifier: MIT
+ * The hot kernels as a table of functions, compiled once per instruction set from one source. Contraction is off and
+ * no sum is reordered, so every variant gives the same bits; the baseline is the reference. */
+#ifndef LOXO_KERNEL_VARIANTS_H
+#define LOXO_KERNEL_VARIANTS_H
+
+#include "kernel/diffusion_kernel.h"
+
+#include <loxo/context.h>
+
+typedef struct k_variant {
+    const char *name;
+    /* Relaxes whole blocks of block_rows; partial as k_relax_block, PARTIAL_SIZE numbers a block. */
+    void (*relax_blocks)(const k_row *row, const k_entry *entry, double *value, int64_t begin, int64_t end,
+                         int64_t block_rows, unsigned parity, float *partial);
+    /* Faces begin..end-1: unit directions h = -grad u / |grad u| and their products with the three half-edges. */
+    void (*face_differences)(const loxo_mesh_view *m, const double *value, const int32_t *scale, int64_t begin,
+                             int64_t end, double *difference);
+    void (*face_directions)(const loxo_mesh_view *m, const double *value, const int32_t *scale, int64_t begin,
+                            int64_t end, double (*direction)[3]);
+    /* One ADMM iteration on faces begin..end-1, see admm_kernel.h. */
+    void (*admm_edge)(const loxo_mesh_view *m, double theta, int64_t begin, int64_t end, const double *closure,
+                      double *a, const double *potential, double *potential_next);
+    void (*admm_face)(const loxo_mesh_view *m, double penalty, bool is_first, int64_t begin, int64_t end,
+                      const double *area, const double (*target)[3], const double (*gradient)[3],
+                      double (*gradient_next)[3], double *jump);
+} k_variant;
+
+/* The table for an instruction set of this processor (loxo_context_isa). */
+const k_variant *k_variant_get(loxo_isa isa);
+
+#endif

@@ -1,0 +1,75 @@
+/* SPDX-License-Identifier: MIT */
+#include "par/phases.h"
+
+#include "base/os.h"
+
+#include <omp.h>
+
+#define SPINS_BEFORE_YIELD 2000
+#define OVER               UINT64_MAX
+
+/* word: number of the phase in the upper half, next unclaimed chunk in the lower. It is written last when a phase is
+ * prepared and compared when a chunk is claimed, so a chunk can be claimed of the phase that n_chunks belongs to only. */
+typedef struct shared_state {
+    _Alignas(64) uint64_t word;
+    _Alignas(64) int64_t n_done;
+    int64_t n_chunks;
+    _Alignas(64) int is_stopped;
+} shared_state;
+
+static bool run_alone(const loxo_phases *phases)
+{
+    for (;;) {
+        const int64_t n_chunks = phases->advance(phases->arg);
+        if (n_chunks < 0) return false;
+        for (int64_t chunk = 0; chunk < n_chunks; ++chunk)
+            phases->work(phases->arg, chunk);
+        if (phases->poll != NULL && phases->poll(phases->arg)) return true;
+    }
+}
+
+/* Prepares phases until one has chunks; only one thread is ever here. */
+static void open_next(const loxo_phases *phases, shared_state *s, uint64_t phase)
+{
+    int64_t n_chunks = 0;
+    while (n_chunks == 0) {
+        if (__atomic_load_n(&s->is_stopped, __ATOMIC_RELAXED) != 0) n_chunks = -1;
+        if (n_chunks == 0) n_chunks = phases->advance(phases->arg);
+    }
+    s->n_done = 0;
+    __atomic_store_n(&s->n_chunks, n_chunks, __ATOMIC_RELAXED);
+    __atomic_store_n(&s->word, n_chunks < 0 ? OVER : (phase & 0x7fffffffu) << 32, __ATOMIC_RELEASE);
+}
+
+static void run_thread(const loxo_phases *phases, shared_state *s)
+{
+    const bool polls = phases->poll != NULL && omp_get_thread_num() == 0;
+    int n_spins = 0;
+    for (;;) {
+        uint64_t word = __atomic_load_n(&s->word, __ATOMIC_ACQUIRE);
+        if (word == OVER) return;
+        const int64_t chunk = (int64_t)(word & UINT32_MAX), n_chunks = __atomic_load_n(&s->n_chunks, __ATOMIC_RELAXED);
+        if (chunk >= n_chunks) {
+            if (++n_spins > SPINS_BEFORE_YIELD) {
+                n_spins = 0;
+                loxo_os_yield();
+            }
+            continue;
+        }
+        if (!__atomic_compare_exchange_n(&s->word, &word, word + 1, true, __ATOMIC_ACQ_REL, __ATOMIC_RELAXED)) continue;
+        n_spins = 0;
+        phases->work(phases->arg, chunk);
+        if (polls && phases->poll(phases->arg)) __atomic_store_n(&s->is_stopped, 1, __ATOMIC_RELAXED);
+        if (__atomic_add_fetch(&s->n_done, 1, __ATOMIC_ACQ_REL) == n_chunks) open_next(phases, s, (word >> 32) + 1);
+    }
+}
+
+bool loxo_phases_run(const loxo_phases *phases, int n_threads)
+{
+    shared_state s = {0};
+    if (n_threads <= 1 || omp_in_parallel()) return run_alone(phases);
+    open_next(phases, &s, 0);
+#pragma omp parallel num_threads(n_threads)
+    run_thread(phases, &s);
+    return s.is_stopped != 0;
+}

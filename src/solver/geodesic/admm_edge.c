@@ -1,0 +1,247 @@
+/* SPDX-License-Identifier: MIT
+ * Edge-based recovery (section 4): differences of the distance along edges, closest to those of the heat's directions
+ * and closed around every face. State and iteration: kernel/admm_kernel.h. */
+#include "kernel/admm_kernel.h"
+#include "par/range.h"
+#include "solver/geodesic/chains.h"
+
+#include <string.h>
+
+#define CHECK_EVERY 5 /* iterations between tests for stopping: a test costs nearly half an iteration */
+
+/* hbar along half-edge h: mean of the targets of its two sides. */
+static double average_of(const loxo_geodesic *g, loxo_index h)
+{
+    const loxo_index t = g->m.halfedge_twin[h];
+    return t < 0 ? g->difference[h] : 0.5 * (g->difference[h] - g->difference[t]);
+}
+
+/* x - hbar along half-edge h from the potentials. */
+static double from_potential(const loxo_geodesic *g, loxo_index h, const double *potential)
+{
+    const loxo_index t = g->m.halfedge_twin[h];
+    return t < 0 ? potential[h / 3] : 0.5 * (potential[h / 3] - potential[t / 3]);
+}
+
+/* Around each face, the sum of hbar. */
+static void find_closures(loxo_geodesic *g)
+{
+    const int64_t n_faces = g->m.n_faces;
+#pragma omp parallel num_threads(loxo_threads_for(g->ctx, n_faces, 5.0))
+    {
+        const loxo_range r = loxo_thread_range(n_faces);
+        for (int64_t f = r.begin; f < r.end; ++f) {
+            if (f + K_AHEAD < n_faces) __builtin_prefetch(&g->difference[3 * (f + K_AHEAD)], 0, 2);
+            g->closure[f] = average_of(g, (loxo_index)(3 * f)) + average_of(g, (loxo_index)(3 * f + 1)) +
+                            average_of(g, (loxo_index)(3 * f + 2));
+        }
+    }
+}
+
+/* hbar along the tree's edges, outward, into the second value of every place: the differences are then free to go. */
+static void keep_tree_averages(loxo_geodesic *g)
+{
+#pragma omp parallel num_threads(loxo_threads_for(g->ctx, g->n_reached, 10.0))
+    {
+        const loxo_range r = loxo_thread_range(g->n_reached);
+        for (int64_t p = r.begin; p < r.end; ++p) {
+            const loxo_index h = g->parent[p];
+            double x = 0.0;
+            if (h >= 0) x = g->m.halfedge_vertex[h] == g->order[p] ? -average_of(g, h) : average_of(g, h);
+            g->value[2 * p + 1] = x;
+        }
+    }
+}
+
+/* Half the squared distance between the targets of the two sides: what (20) keeps whatever x is. */
+static void partial_disagreement(int64_t begin, int64_t end, const void *arg, double *sums)
+{
+    const loxo_geodesic *g = arg;
+    for (int64_t h = begin; h < end; ++h) {
+        const loxo_index t = g->m.halfedge_twin[h];
+        if (t < 0 || t < h) continue;
+        const double d = g->difference[h] + g->difference[t];
+        sums[0] += 0.25 * d * d;
+    }
+}
+
+typedef struct residual_arg {
+    const loxo_geodesic *g;
+    const double *now, *before;
+} residual_arg;
+
+static void partial_residuals(int64_t begin, int64_t end, const void *arg, double *sums)
+{
+    const residual_arg *a = arg;
+    const loxo_index *twin = a->g->m.halfedge_twin;
+    for (int64_t f = begin; f < end; ++f) {
+        if ((f & 7) == 0 && f + K_AHEAD < a->g->m.n_faces) __builtin_prefetch(&a->now[f + K_AHEAD], 0, 2);
+        const double own = a->now[f], step = own - a->before[f];
+        const double c = a->g->closure[f] + k_potential_closure(&twin[3 * f], own, a->now);
+        sums[0] += c * c / 3.0; /* squared distance of the face's three differences from the closed triples */
+        sums[1] += 3.0 * step * step;
+        for (int k = 0; k < 3; ++k) {
+            const loxo_index h = (loxo_index)(3 * f + k);
+            if (twin[h] > h || twin[h] < 0) {
+                const double x = from_potential(a->g, h, a->now);
+                sums[2] += twin[h] < 0 ? 0.5 * x * x : x * x;
+            }
+        }
+    }
+}
+
+static loxo_status find_residuals(const loxo_geodesic *g, int now, loxo_geodesic_info *info)
+{
+    const residual_arg arg = {g, g->potential[now], g->potential[1 - now]};
+    double sums[3];
+    const loxo_status status = loxo_sum(g->ctx, g->m.n_faces, 3, partial_residuals, &arg, sums);
+    const double scale = sqrt(3.0 * (double)g->m.n_faces) * g->mean_edge_length;
+    if (status < 0) return status;
+    info->residual = sqrt(sums[0]) / scale;
+    info->dual_residual = g->settings.penalty * sqrt(sums[1]) / scale;
+    info->objective = sums[2];
+    return LOXO_OK;
+}
+
+/* Starts the special edges at hbar and the chains' multipliers accordingly. */
+static void start_chains(const loxo_geodesic *g, const loxo_chains *chains, special_edges *s)
+{
+    for (int64_t i = 0; i < s->n; ++i) {
+        s->edge[i].average = average_of(g, s->edge[i].halfedge);
+        s->edge[i].x = s->edge[i].average;
+    }
+    for (int64_t c = 0; c < chains->n_chains; ++c)
+        for (int64_t i = chains->chain_begin[c]; i < chains->chain_begin[c + 1]; ++i)
+            s->a[c] -= chain_sign(&g->m, chains, i) * s->edge[s->of_element[i]].x;
+}
+
+static double chain_sum(const loxo_geodesic *g, const loxo_chains *chains, const special_edges *s, int64_t c)
+{
+    double sum = 0.0;
+    for (int64_t i = chains->chain_begin[c]; i < chains->chain_begin[c + 1]; ++i)
+        sum += chain_sign(&g->m, chains, i) * s->edge[s->of_element[i]].x;
+    return sum;
+}
+
+/* (22) with the copies of the chains on top of those of the faces; a face's -r / 3 is read off its potentials. */
+static void update_chains(loxo_geodesic *g, const loxo_chains *chains, special_edges *s, double theta, int now)
+{
+    const double mu = g->settings.penalty, *next = g->potential[now], *old = g->potential[1 - now];
+    for (int64_t i = 0; i < s->n; ++i)
+        s->edge[i].pull = 0.0;
+    for (int64_t c = 0; c < chains->n_chains; ++c) {
+        const double sum = chain_sum(g, chains, s, c), r = s->a[c] + 2.0 * sum;
+        const double length = (double)(chains->chain_begin[c + 1] - chains->chain_begin[c]);
+        s->a[c] += sum;
+        for (int64_t i = chains->chain_begin[c]; i < chains->chain_begin[c + 1]; ++i)
+            s->edge[s->of_element[i]].pull += chain_sign(&g->m, chains, i) * r / length;
+    }
+    for (int64_t i = 0; i < s->n; ++i) {
+        special_edge *e = &s->edge[i];
+        const loxo_index h = e->halfedge, t = g->m.halfedge_twin[h];
+        const double n_sides = t < 0 ? 1.0 : 2.0, n_copies = n_sides + (double)e->n_chains;
+        double push = next[h / 3] / theta - old[h / 3];
+        if (t >= 0) push -= next[t / 3] / theta - old[t / 3];
+        e->x = (n_sides * e->average + mu * (n_copies * e->x + push - e->pull)) / (n_sides + mu * n_copies);
+        const double correction = e->x - (e->average + from_potential(g, h, next));
+        g->closure[h / 3] += correction - e->correction;
+        if (t >= 0) g->closure[t / 3] -= correction - e->correction;
+        e->correction = correction;
+    }
+}
+
+/* The differences that came out, along the tree's edges. */
+static void finish_tree(loxo_geodesic *g, const special_edges *s, const double *potential)
+{
+#pragma omp parallel num_threads(loxo_threads_for(g->ctx, g->n_reached, 10.0))
+    {
+        const loxo_range r = loxo_thread_range(g->n_reached);
+        for (int64_t p = r.begin; p < r.end; ++p) {
+            const loxo_index h = g->parent[p];
+            if (h < 0) continue;
+            const double x = from_potential(g, h, potential);
+            g->value[2 * p + 1] += g->m.halfedge_vertex[h] == g->order[p] ? -x : x;
+        }
+    }
+    for (int64_t i = 0; i < s->n; ++i) {
+        const loxo_index h = s->edge[i].halfedge, t = g->m.halfedge_twin[h];
+        const loxo_index ends[2] = {g->m.halfedge_vertex[h], k_head(&g->m, h)};
+        for (int k = 0; k < 2; ++k) {
+            const int64_t p = g->rank[ends[k]];
+            if (p < 0 || g->parent[p] < 0 || (g->parent[p] != h && g->parent[p] != t)) continue;
+            g->value[2 * p + 1] += k == 1 ? s->edge[i].correction : -s->edge[i].correction;
+        }
+    }
+}
+
+static double worst_chain(const loxo_geodesic *g, const loxo_chains *chains, const special_edges *s)
+{
+    double worst = 0.0;
+    for (int64_t c = 0; c < chains->n_chains; ++c) {
+        const double length = (double)(chains->chain_begin[c + 1] - chains->chain_begin[c]);
+        worst = fmax(worst, fabs(chain_sum(g, chains, s, c)) / (length * g->mean_edge_length));
+    }
+    return worst;
+}
+
+loxo_status geodesic_recover_edge(loxo_geodesic *g, const loxo_chains *chains, loxo_geodesic_info *info)
+{
+    const int64_t n_faces = g->m.n_faces;
+    const double mu = g->settings.penalty, theta = mu / (1.0 + mu);
+    double disagreement = 0.0;
+    special_edges s = {0};
+    loxo_status status = LOXO_OK;
+    int now = 0;
+
+    geodesic_heat_to_vertices(g);
+#pragma omp parallel num_threads(loxo_threads_for(g->ctx, n_faces, 15.0))
+    {
+        const loxo_range r = loxo_thread_range(n_faces);
+        g->kernels->face_differences(&g->m, g->vertex_value, g->vertex_scale, r.begin, r.end, g->difference);
+    }
+    find_closures(g);
+    keep_tree_averages(g);
+    if ((status = loxo_sum(g->ctx, 3 * n_faces, 1, partial_disagreement, g, &disagreement)) < 0) return status;
+    if (chains->n_chains > 0) {
+        if ((status = special_edges_create(g->ctx, &g->m, chains, &s)) < 0) return status;
+        start_chains(g, chains, &s);
+    }
+#pragma omp parallel num_threads(loxo_threads_for(g->ctx, n_faces, 2.0))
+    {
+        const loxo_range r = loxo_thread_range(n_faces);
+        for (int64_t f = r.begin; f < r.end; ++f) {
+            g->multiplier[f] = -g->closure[f];
+            g->potential[0][f] = 0.0;
+            g->potential[1][f] = 0.0;
+        }
+    }
+    geodesic_clock(g, LOXO_GEODESIC_PHASE_GRADIENT, info);
+
+    info->stop_reason = LOXO_STOP_MAX_ITERATIONS;
+    int64_t iteration = 0;
+    while (iteration < g->settings.n_iterations && info->stop_reason == LOXO_STOP_MAX_ITERATIONS) {
+#pragma omp parallel num_threads(loxo_threads_for(g->ctx, n_faces, 2.5))
+        {
+            const loxo_range r = loxo_thread_range(n_faces);
+            g->kernels->admm_edge(&g->m, theta, r.begin, r.end, g->closure, g->multiplier, g->potential[now],
+                                  g->potential[1 - now]);
+        }
+        now = 1 - now;
+        if (s.n > 0) update_chains(g, chains, &s, theta, now);
+        ++iteration;
+        if (iteration % CHECK_EVERY == 0 || iteration == g->settings.n_iterations) {
+            if ((status = find_residuals(g, now, info)) < 0) goto done;
+            if (info->residual <= g->settings.primal_tolerance && info->dual_residual <= g->settings.dual_tolerance)
+                info->stop_reason = LOXO_STOP_TOLERANCE;
+        }
+        if (geodesic_tell_iteration(g, iteration, info)) info->stop_reason = LOXO_STOP_MONITOR;
+    }
+    info->n_iterations = iteration;
+    info->objective += disagreement;
+    info->constraint_residual = worst_chain(g, chains, &s);
+    finish_tree(g, &s, g->potential[now]);
+    geodesic_clock(g, LOXO_GEODESIC_PHASE_ADMM, info);
+done:
+    special_edges_destroy(g->ctx, &s);
+    return status;
+}

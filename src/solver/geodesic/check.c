@@ -1,0 +1,128 @@
+/* SPDX-License-Identifier: MIT
+ * The answer is looked at before it is given: a distance grows along an edge by no more than the edge's length, and its
+ * gradient has length 1 nearly everywhere. */
+#include "base/allocate.h"
+#include "kernel/vec3.h"
+#include "par/range.h"
+#include "solver/geodesic/geodesic_internal.h"
+
+#include <string.h>
+
+/* Breaches |d(a) - d(b)| / |ab| - 1 are counted in bins that grow by a quarter of an octave from 2^-20 on; a percentile
+ * is the upper end of its bin. Counts are integers: any split among threads gives the same. */
+#define BINS_PER_OCTAVE 4
+#define FIRST_OCTAVE    (-20)
+#define N_BINS          (BINS_PER_OCTAVE * 40)
+
+typedef struct breach_counts {
+    int64_t n, bin[N_BINS]; /* bin[0]: no breach, or a smaller one than 2^-20 */
+    double max;
+} breach_counts;
+
+static int bin_of(double breach)
+{
+    const double x = (log2(breach) - FIRST_OCTAVE) * BINS_PER_OCTAVE;
+    if (!(x > 0.0)) return 0;
+    return x < N_BINS - 2 ? (int)x + 1 : N_BINS - 1;
+}
+
+static void count_breach(breach_counts *c, double breach)
+{
+    ++c->bin[breach > 0.0 ? bin_of(breach) : 0];
+    if (breach > c->max) c->max = breach;
+}
+
+static double bin_end(int bin) { return bin == 0 ? 0.0 : exp2(FIRST_OCTAVE + (double)bin / BINS_PER_OCTAVE); }
+
+static double percentile(const breach_counts *c, double share)
+{
+    int64_t sum = 0;
+    for (int b = 0; b < N_BINS; ++b) {
+        sum += c->bin[b];
+        if ((double)sum >= share * (double)c->n) return fmin(bin_end(b), c->max);
+    }
+    return c->max;
+}
+
+/* Faces begin..end-1: their edges, each at the lower of its two half-edges, and their gradients. sums: area of reached
+ * faces, area where the gradient's length is off by over a tenth. */
+static void look_at_faces(const loxo_geodesic *g, int64_t begin, int64_t end, breach_counts *c, double *sums)
+{
+    for (int64_t f = begin; f < end; ++f) {
+        const loxo_index *v = &g->m.halfedge_vertex[3 * f], *twin = &g->m.halfedge_twin[3 * f];
+        const double d[3] = {g->distance[v[0]], g->distance[v[1]], g->distance[v[2]]};
+        if (!(d[0] + d[1] + d[2] < HUGE_VAL)) continue;
+        const loxo_vec3 a = k_position(&g->m, v[0]), b = k_position(&g->m, v[1]), o = k_position(&g->m, v[2]);
+        const loxo_vec3 edge[3] = {v3_sub(b, a), v3_sub(o, b), v3_sub(a, o)};
+        for (int k = 0; k < 3; ++k) {
+            if (twin[k] >= 0 && twin[k] < 3 * f + k) continue;
+            const double rise = d[k == 2 ? 0 : k + 1] - d[k], square = rise * rise, limit = v3_dot(edge[k], edge[k]);
+            ++c->n;
+            if (square <= limit)
+                ++c->bin[0];
+            else
+                count_breach(c, limit > 0.0 ? sqrt(square / limit) - 1.0 : HUGE_VAL);
+        }
+        const loxo_vec3 n = v3_cross(edge[0], edge[2]);
+        const loxo_vec3 w = v3_axpy(v3_scale(d[0] - d[1], edge[2]), d[0] - d[2], edge[0]);
+        const double nn = v3_dot(n, n), ww = v3_dot(w, w), area = 0.5 * sqrt(nn); /* |grad d|^2 = |w|^2 / |n|^2 */
+        sums[0] += area;
+        if (!(ww > 0.81 * nn) || !(ww < 1.21 * nn)) sums[1] += area;
+    }
+}
+
+typedef struct look_arg {
+    const loxo_geodesic *g;
+    breach_counts *counts; /* one a thread: whole numbers, so it does not matter which thread counts what */
+} look_arg;
+
+static void partial_look(int64_t begin, int64_t end, const void *arg, double *sums)
+{
+    const look_arg *a = arg;
+    look_at_faces(a->g, begin, end, &a->counts[loxo_thread_id()], sums);
+}
+
+static void partial_distance(int64_t begin, int64_t end, const void *arg, double *sums)
+{
+    const loxo_geodesic *g = arg;
+    for (int64_t p = begin; p < end; ++p)
+        sums[0] += isfinite(g->value[2 * p + 1]) ? 0.0 : 1.0;
+}
+
+loxo_status geodesic_check(loxo_geodesic *g, loxo_geodesic_info *info)
+{
+    const int n_threads = loxo_context_n_threads(g->ctx);
+    breach_counts total, *counts = loxo_allocate_zero(g->ctx, n_threads, sizeof *counts);
+    const look_arg arg = {g, counts};
+    double sums[2] = {0.0, 0.0}, n_bad = 0.0;
+    loxo_status status = LOXO_OK;
+    if (counts == NULL) return LOXO_ERR_MEMORY;
+    if ((status = loxo_sum(g->ctx, g->m.n_faces, 2, partial_look, &arg, sums)) < 0) {
+        loxo_release(g->ctx, counts);
+        return status;
+    }
+    memset(&total, 0, sizeof total);
+    for (int t = 0; t < n_threads; ++t) {
+        total.n += counts[t].n;
+        total.max = fmax(total.max, counts[t].max);
+        for (int b = 0; b < N_BINS; ++b)
+            total.bin[b] += counts[t].bin[b];
+    }
+    loxo_release(g->ctx, counts);
+    if ((status = loxo_sum(g->ctx, g->n_reached, 1, partial_distance, g, &n_bad)) < 0) return status;
+
+    double farthest = 0.0;
+    for (int64_t p = 0; p < g->n_reached; ++p)
+        if (g->value[2 * p + 1] > farthest) farthest = g->value[2 * p + 1];
+    info->distance_max = farthest;
+    info->n_unreached = g->m.n_vertices - g->n_reached;
+    info->breach_percentile_50 = percentile(&total, 0.50);
+    info->breach_percentile_90 = percentile(&total, 0.90);
+    info->breach_percentile_99 = percentile(&total, 0.99);
+    info->breach_max = total.max;
+    info->gradient_share = sums[0] > 0.0 ? sums[1] / sums[0] : 0.0;
+    info->check_passed = info->gradient_share <= g->settings.check_gradient_share &&
+                         info->breach_percentile_99 <= g->settings.check_breach;
+    if (n_bad > 0.0) return loxo_fail(g->ctx, LOXO_ERR_NUMERIC, "geodesic: %.0f distances are not finite", n_bad);
+    return LOXO_OK;
+}

@@ -1,0 +1,322 @@
+/* SPDX-License-Identifier: MIT
+ * Marching diffusion: a window of breadth-first levels moves outward once; every step takes in one level and relaxes
+ * the window once, from the inside out; a level is final when its values stop changing and all levels inside it are.
+ *
+ * Parallel without a barrier per level and sweep. Let (l, n) be the relaxing of level l in step n. It needs (l-1, n),
+ * (l, n-1) and (l+1, n-1); so all (l, n) with the same time l + 2 n are independent of each other: about a third of the
+ * window at once. Level n is built at time 3 n - 2, linked at 3 n - 1, first relaxed at 3 n. What is due at one time is a
+ * phase, its blocks are shared out in chunks. What is read and written depends on (l, n) only: the bits are the same for
+ * every number of threads. */
+#include "base/allocate.h"
+#include "par/phases.h"
+#include "par/range.h"
+#include "solver/geodesic/geodesic_internal.h"
+
+#include <string.h>
+
+/* A level that has not settled after so many updates is left as it is, and the solve says so. */
+#define MAX_UPDATES  400
+#define CHUNK_BLOCKS 4
+#define MIN_RATIO    0.4
+#define MAX_RATIO    0.98
+#define RING         512 /* steps in flight: at most MAX_UPDATES / 2 + 2; a power of two */
+/* A relative change e of the values, root mean square over a level, turns the directions by about 3 e sqrt(m), eq. (8):
+ * where values settle evenly, and by up to five times that on a scan with patches of small triangles, measured against
+ * converged solutions: the estimate is made to hold for both. */
+#define DIRECTIONS_PER_CHANGE 16.0
+/* Levels smaller than this on average are not worth sharing out. */
+#define MIN_LEVEL_PER_THREAD 192
+
+typedef enum act {
+    ACT_BUILD,
+    ACT_BUILD_PLAIN,
+    ACT_LINK,
+    ACT_LINK_OUTWARD,
+    ACT_LINK_OUTWARD_AND_RELAX,
+    ACT_RELAX,
+    ACT_FINISH
+} act;
+
+typedef struct unit {
+    act act;
+    int64_t level, step;
+} unit;
+
+/* Where each step stands: the first level that it relaxes, and how far levels from there on were found final. */
+typedef struct march {
+    loxo_geodesic *g;
+    double tolerance; /* relative change */
+    int64_t time;
+    int64_t first[RING], final[RING];
+    int n_units;
+    unit units[RING];
+    int64_t chunk_begin[RING + 1]; /* of the units */
+    diffusion_result result;
+} march;
+
+static int64_t level_size(const loxo_geodesic *g, int64_t level)
+{
+    return g->level_begin[level + 1] - g->level_begin[level];
+}
+
+static int64_t n_blocks(const loxo_geodesic *g, int64_t level)
+{
+    return (level_size(g, level) + BLOCK_ROWS - 1) / BLOCK_ROWS;
+}
+
+/* Blocks of a level have their shares of the change at consecutive places; those of other levels elsewhere. */
+static float *partial_of(const loxo_geodesic *g, int64_t level)
+{
+    return g->partial + PARTIAL_SIZE * (g->level_begin[level] / BLOCK_ROWS + level);
+}
+
+/* Does blocks first_block .. first_block + CHUNK_BLOCKS - 1 of a unit. */
+static void do_blocks(loxo_geodesic *g, unit u, int64_t first_block)
+{
+    const int64_t base = g->level_begin[u.level], level_end = g->level_begin[u.level + 1];
+    const int64_t begin = base + first_block * BLOCK_ROWS, most = begin + CHUNK_BLOCKS * BLOCK_ROWS;
+    const int64_t end = most < level_end ? most : level_end;
+    const unsigned parity = (unsigned)u.step & 1u;
+    switch (u.act) {
+    case ACT_BUILD: geodesic_build_rows(g, u.level, begin, end, false); return;
+    case ACT_BUILD_PLAIN: geodesic_build_rows(g, u.level, begin, end, true); return;
+    case ACT_LINK: geodesic_link_level(g, u.level, begin, end); return;
+    case ACT_LINK_OUTWARD_AND_RELAX: geodesic_link_outward(g, u.level, begin, end); break;
+    case ACT_LINK_OUTWARD:
+        geodesic_link_level(g, u.level, begin, end);
+        geodesic_link_outward(g, u.level, begin, end);
+        return;
+    case ACT_RELAX: break;
+    case ACT_FINISH:
+        for (int64_t p = begin; p < end; ++p)
+            g->value[(2 * p) ^ (int64_t)parity] = g->value[(2 * p + 1) ^ (int64_t)parity];
+        return;
+    }
+    float *partial = partial_of(g, u.level) + PARTIAL_SIZE * first_block;
+    g->kernels->relax_blocks(g->row, g->entry, g->value, begin, end, BLOCK_ROWS, parity, partial);
+}
+
+/* Relative change of a level that later updates would still make, root mean square weighted by area. Every block's
+ * squared change in this step and the one before give a geometric series of its own: where a small patch settles slowly,
+ * its own ratio shows it when the level's as a whole does not. */
+static double change_to_come(const loxo_geodesic *g, int64_t level, int64_t step)
+{
+    const float *partial = partial_of(g, level);
+    double sum = 0.0, size = 0.0;
+    for (int64_t b = 0; b < n_blocks(g, level); ++b, partial += PARTIAL_SIZE) {
+        const double now = (double)partial[step & 1], before = (double)partial[1 - (step & 1)];
+        double ratio = MAX_RATIO;
+        if (before > 0.0 && now < MAX_RATIO * MAX_RATIO * before) ratio = fmax(sqrt(now / before), MIN_RATIO);
+        const double rest = ratio / (1.0 - ratio);
+        sum += now * rest * rest;
+        size += (double)partial[2];
+    }
+    return size > 0.0 ? sqrt(sum / size) : 0.0;
+}
+
+/* What is due at a time. Returns the number of units. */
+static int due(march *s, unit *units)
+{
+    const loxo_geodesic *g = s->g;
+    const int64_t time = s->time;
+    int n_units = 0;
+    const int64_t n_levels = g->n_levels;
+    const int64_t build = (time + 2) / 3, link = (time + 1) / 3;
+    if ((time + 2) % 3 == 0 && build < n_levels) units[n_units++] = (unit){ACT_BUILD, build, build};
+    if ((time + 1) % 3 == 0 && link < n_levels) units[n_units++] = (unit){ACT_LINK, link, link};
+    int64_t step = time <= 0 ? 0 : (time + 2) / 3;
+    if (2 * step < time - (n_levels - 1)) step = (time - n_levels + 2) / 2;
+    for (; time - 2 * step >= 0 && n_units < RING; ++step) {
+        const int64_t level = time - 2 * step;
+        const int64_t final = step > 0 ? s->final[(step - 1) & (RING - 1)] : 0;
+        const int64_t first = step > 0 ? s->first[(step - 1) & (RING - 1)] : 0;
+        if (level < final) {
+            if (level >= first) units[n_units++] = (unit){ACT_FINISH, level, step};
+            break; /* further in, everything was finished before */
+        }
+        if (level == final) s->first[step & (RING - 1)] = s->final[step & (RING - 1)] = final;
+        units[n_units++] = (unit){step == level + 1 ? ACT_LINK_OUTWARD_AND_RELAX : ACT_RELAX, level, step};
+    }
+    return n_units;
+}
+
+/* Moves the front of final levels past what was just relaxed. */
+static void conclude(march *s)
+{
+    for (int i = 0; i < s->n_units; ++i) {
+        const unit u = s->units[i];
+        if (u.act != ACT_RELAX && u.act != ACT_LINK_OUTWARD_AND_RELAX) continue;
+        const int64_t n_updates = u.step - u.level + 1;
+        s->result.n_updates += level_size(s->g, u.level);
+        if (u.level != s->final[u.step & (RING - 1)] || n_updates < 2) continue;
+        const double change = change_to_come(s->g, u.level, u.step);
+        const bool is_settled = change <= s->tolerance;
+        if (!is_settled && n_updates < MAX_UPDATES) continue;
+        s->final[u.step & (RING - 1)] = u.level + 1;
+        if (!is_settled) ++s->result.n_forced;
+        if (change > s->result.change) s->result.change = change;
+        if (n_updates > s->result.max_window) s->result.max_window = n_updates;
+    }
+}
+
+/* Cuts units into chunks of blocks. */
+static int64_t cut_units(const loxo_geodesic *g, const unit *units, int n_units, int64_t *chunk_begin)
+{
+    chunk_begin[0] = 0;
+    for (int i = 0; i < n_units; ++i)
+        chunk_begin[i + 1] = chunk_begin[i] + (n_blocks(g, units[i].level) + CHUNK_BLOCKS - 1) / CHUNK_BLOCKS;
+    return chunk_begin[n_units];
+}
+
+static int64_t march_advance(void *arg)
+{
+    march *s = arg;
+    conclude(s);
+    if (s->n_units > 0) { /* over when the last level was finished */
+        const unit last = s->units[s->n_units - 1];
+        if (last.act == ACT_FINISH && last.level == s->g->n_levels - 1) return -1;
+    }
+    ++s->time;
+    s->n_units = due(s, s->units);
+    return cut_units(s->g, s->units, s->n_units, s->chunk_begin);
+}
+
+static void march_work(void *arg, int64_t chunk)
+{
+    const march *s = arg;
+    int i = 0;
+    while (chunk >= s->chunk_begin[i + 1])
+        ++i;
+    do_blocks(s->g, s->units[i], (chunk - s->chunk_begin[i]) * CHUNK_BLOCKS);
+}
+
+static bool march_poll(void *arg)
+{
+    const march *s = arg;
+    const int64_t time = __atomic_load_n(&s->time, __ATOMIC_RELAXED);
+    const loxo_progress p = {.phase = "diffusion",
+                             .fraction = fmin(1.0, (double)(time / 3) / (double)s->g->n_levels),
+                             .iteration = time / 3,
+                             .n_iterations = s->g->n_levels,
+                             .objective = NAN,
+                             .residual = NAN};
+    return loxo_progress_tell(s->g->ctx, &p, false);
+}
+
+static int64_t count_nonpositive(const loxo_geodesic *g, int64_t begin, int64_t end)
+{
+    int64_t n = 0;
+    for (int64_t p = begin; p < end; ++p)
+        n += !(g->value[2 * p] > 0.0);
+    return n;
+}
+
+static int threads_for_levels(const loxo_geodesic *g)
+{
+    const int64_t per_level = g->n_reached / g->n_levels, most = per_level / MIN_LEVEL_PER_THREAD;
+    const int n_threads = loxo_threads_for(g->ctx, g->n_reached, 100.0);
+    return most < 1 ? 1 : most < n_threads ? (int)most : n_threads;
+}
+
+/* After a stop: what lies beyond the front counts as not reached; at its rim both values of a place are alike. */
+static void cut_at_front(loxo_geodesic *g, int64_t n_levels)
+{
+    if (n_levels < 1) n_levels = 1;
+    for (int64_t p = g->level_begin[n_levels]; p < g->n_reached; ++p)
+        g->rank[g->order[p]] = -1;
+    g->n_levels = n_levels;
+    g->n_reached = g->level_begin[n_levels];
+    for (int64_t p = 0; p < g->n_reached; ++p)
+        g->value[2 * p + 1] = g->value[2 * p];
+}
+
+static void clear_values(loxo_geodesic *g)
+{
+#pragma omp parallel num_threads(loxo_threads_for(g->ctx, g->n_reached, 1.0))
+    {
+        const loxo_range r = loxo_thread_range(g->n_reached);
+        if (r.end > r.begin) memset(g->value + 2 * r.begin, 0, (size_t)(r.end - r.begin) * 2 * sizeof *g->value);
+    }
+}
+
+loxo_status geodesic_march(loxo_geodesic *g, diffusion_result *result)
+{
+    march *s = loxo_allocate_zero(g->ctx, 1, sizeof *s);
+    if (s == NULL) return LOXO_ERR_MEMORY;
+    const double directions = DIRECTIONS_PER_CHANGE * sqrt(g->settings.time_factor);
+    const loxo_phases phases = {march_advance, march_work, march_poll, s};
+    s->g = g;
+    s->tolerance = g->settings.diffusion_tolerance / directions;
+    s->time = -3;
+    clear_values(g);
+    const bool is_stopped = loxo_phases_run(&phases, threads_for_levels(g));
+    if (is_stopped) cut_at_front(g, s->time / 3 < g->n_levels ? s->time / 3 : g->n_levels);
+    *result = s->result;
+    result->stopped = is_stopped;
+    if (!is_stopped) geodesic_settle(g, s->tolerance, result);
+    result->change *= directions;
+    result->n_nonpositive = count_nonpositive(g, 0, g->n_reached);
+    loxo_release(g->ctx, s);
+    return LOXO_OK;
+}
+
+/* Levels one after the other: first built, then linked, then relaxed n_sweeps - 1 times. */
+typedef struct sweeping {
+    loxo_geodesic *g;
+    unit unit;
+} sweeping;
+
+static int64_t sweep_advance(void *arg)
+{
+    sweeping *s = arg;
+    if (++s->unit.level == s->g->n_levels) {
+        s->unit.level = 0;
+        if (s->unit.act == ACT_BUILD_PLAIN)
+            s->unit.act = ACT_LINK_OUTWARD;
+        else {
+            s->unit.act = ACT_RELAX;
+            if (++s->unit.step >= s->g->settings.n_sweeps) return -1;
+        }
+    }
+    return (n_blocks(s->g, s->unit.level) + CHUNK_BLOCKS - 1) / CHUNK_BLOCKS;
+}
+
+static void sweep_work(void *arg, int64_t chunk)
+{
+    const sweeping *s = arg;
+    do_blocks(s->g, s->unit, chunk * CHUNK_BLOCKS);
+}
+
+static bool sweep_poll(void *arg)
+{
+    const sweeping *s = arg;
+    const int64_t step = __atomic_load_n(&s->unit.step, __ATOMIC_RELAXED), n_sweeps = s->g->settings.n_sweeps;
+    const loxo_progress p = {.phase = "diffusion",
+                             .fraction = (double)step / (double)n_sweeps,
+                             .iteration = step,
+                             .n_iterations = n_sweeps,
+                             .objective = NAN,
+                             .residual = NAN};
+    return loxo_progress_tell(s->g->ctx, &p, false);
+}
+
+/* The paper's iteration (7): the first sweep is the taking in of the levels, each later one updates every level from
+ * the inside out, all vertices of a level from the values that their level had before. */
+loxo_status geodesic_sweep(loxo_geodesic *g, diffusion_result *result)
+{
+    sweeping s = {.g = g, .unit = {ACT_BUILD_PLAIN, -1, 0}};
+    const loxo_phases phases = {sweep_advance, sweep_work, sweep_poll, &s};
+    clear_values(g);
+    const bool is_stopped = loxo_phases_run(&phases, threads_for_levels(g));
+    const int64_t n_done = is_stopped ? s.unit.step + 1 : g->settings.n_sweeps;
+    if (s.unit.act == ACT_BUILD_PLAIN) cut_at_front(g, s.unit.level);
+    const int64_t parity = (n_done - 1) & 1;
+    for (int64_t p = 0; p < g->n_reached; ++p)
+        g->value[(2 * p + 1) ^ parity] = g->value[(2 * p) ^ parity];
+    *result = (diffusion_result){.n_updates = n_done * g->n_reached,
+                                 .max_window = g->n_levels,
+                                 .n_nonpositive = count_nonpositive(g, 0, g->n_reached),
+                                 .change = NAN,
+                                 .stopped = is_stopped};
+    return LOXO_OK;
+}

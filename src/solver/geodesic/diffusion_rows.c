@@ -1,0 +1,182 @@
+/* SPDX-License-Identifier: MIT
+ * Rows of the heat system, made level by level as the front takes them in. The scale of a vertex is known only when it
+ * is taken in, so entries towards the same level and towards the next get theirs one and two acts later. */
+#include "par/range.h"
+#include "solver/geodesic/geodesic_internal.h"
+
+#define SHARE_OF_GAIN       0.5 /* how far omega goes from 1 towards the local limit, see relaxation() */
+#define MAX_GAIN            4.0
+#define PREFETCH_ROWS       6
+#define SAFETY_OF_SPLITTING 0.95
+
+/* What a vertex hears of its inner neighbours. */
+typedef struct inner_sum {
+    double sum;  /* of weight * value, in units of 2^scale */
+    double gain; /* mean of value / first estimate */
+    int32_t scale;
+} inner_sum;
+
+/* Relaxation factor. Inside the front an error that is smooth outward is damped only by the coupling to the inner
+ * level; over-relaxing by omega < gain, gain = 1 / (share of the value that the inner level gives), drives it outward
+ * faster and stays stable; omega above gain would let it grow from level to level. Young's optimum for the row's own
+ * diagonal dominance is the other bound. Measured against plain Gauss-Seidel: 9.6 instead of 15 updates a vertex on an
+ * icosphere, 22 instead of 44 on an uneven scan.
+ * crossing is the sum of |entries| towards other blocks of the level, over the diagonal: those are Jacobi couplings C.
+ * The splitting M of such a sweep converges when M + M^T - A = D (2 / omega - 1) - C is positive definite, which
+ * omega < 2 / (1 + crossing) makes it by diagonal dominance, whatever the signs of the weights. */
+static double relaxation(double gain, double area, double diagonal, double crossing)
+{
+    const double jacobi = fmin(fmax(1.0 - area / diagonal, 0.0), 0.9999);
+    const double optimum = 2.0 / (1.0 + sqrt(1.0 - jacobi * jacobi)), stable = 1.0 + SHARE_OF_GAIN * (gain - 1.0);
+    const double split = crossing > 0.0 ? SAFETY_OF_SPLITTING * 2.0 / (1.0 + crossing) : 2.0;
+    return fmin(split, stable < optimum ? stable : optimum);
+}
+
+/* Order in which k_relax_block updates the places of a block that begins at `begin`. */
+static bool is_relaxed_before(int64_t begin, int64_t a, int64_t b)
+{
+    const int64_t odd_a = (a - begin) & 1, odd_b = (b - begin) & 1;
+    return odd_a != odd_b ? odd_a < odd_b : a < b;
+}
+
+static inner_sum hear_inner(const loxo_geodesic *g, const k_entry *entry, uint32_t n, int64_t level_begin,
+                            unsigned parity)
+{
+    inner_sum s = {.scale = INT32_MIN};
+    double weight_sum = 0.0;
+    for (uint32_t k = 0; k < n; ++k) {
+        const int64_t q = entry[k].slot >> 1;
+        if (q < level_begin && g->scale[q] > s.scale) s.scale = g->scale[q];
+    }
+    for (uint32_t k = 0; k < n; ++k) {
+        const int64_t q = entry[k].slot >> 1;
+        /* A negative weight tells nothing of the size of the value. */
+        if (q >= level_begin || !(entry[k].coefficient > 0.0f)) continue;
+        const double weight = (double)entry[k].coefficient, value = g->value[(2 * q) ^ (int64_t)parity];
+        s.sum += weight * value * k_power_of_two((int64_t)g->scale[q] - s.scale);
+        s.gain += weight * (value / (double)g->first[q]);
+        weight_sum += weight;
+    }
+    s.gain = weight_sum > 0.0 ? s.gain / weight_sum : 1.0;
+    if (!(s.gain >= 1.0)) s.gain = 1.0;
+    if (s.gain > MAX_GAIN) s.gain = MAX_GAIN;
+    return s;
+}
+
+/* First value of a vertex whose weights towards the inside are all negative or zero: that of an inner neighbour, one
+ * edge further out. */
+static inner_sum borrow_from_parent(const loxo_geodesic *g, int64_t place, unsigned parity)
+{
+    const loxo_index h = g->parent[place], start = g->m.halfedge_vertex[h];
+    const loxo_index v = g->order[place], from = start == v ? k_head(&g->m, h) : start;
+    const int64_t q = g->rank[from];
+    const double value = fabs(g->value[(2 * q) ^ (int64_t)parity]);
+    return (inner_sum){.sum = value > 0.0 ? 0.25 * value : 0.25, .gain = 1.0, .scale = g->scale[q]};
+}
+
+static void build_row(loxo_geodesic *g, int64_t level, int64_t place, int64_t block, bool is_plain)
+{
+    const int64_t level_begin = g->level_begin[level], level_end = g->level_begin[level + 1];
+    const int64_t block_end = block + BLOCK_ROWS < level_end ? block + BLOCK_ROWS : level_end;
+    const unsigned parity = (unsigned)(level + 1) & 1u; /* of the step before the one that takes this level in */
+    k_row *row = &g->row[place];
+    k_entry *entry = &g->entry[row->begin];
+    const uint32_t n = g->row[place + 1].begin - row->begin;
+    const loxo_index v = g->order[place];
+    double weight_sum = 0.0;
+    double area = k_cotangent_row(&g->m, v, entry, n, g->m.halfedge_twin[g->m.vertex_halfedge[v]] >= 0);
+    for (uint32_t k = 0; k < n; ++k)
+        weight_sum += (double)entry[k].coefficient;
+    double diagonal = area + g->time * weight_sum, time = g->time;
+    if (!(diagonal > 0.0) || !isfinite(diagonal)) { /* all faces without area: the mean of the neighbours */
+        for (uint32_t k = 0; k < n; ++k)
+            entry[k].coefficient = 1.0f;
+        area = 0.0;
+        time = 1.0;
+        diagonal = (double)n;
+    }
+    double crossing = 0.0;
+    for (uint32_t k = 0; k < n; ++k) {
+        const int64_t q = g->rank[entry[k].slot];
+        uint32_t kind = q < level_begin ? 0 : 1;
+        if (!is_plain && q >= block && q < block_end)
+            kind = is_relaxed_before(block, q, place) ? 0 : 1;
+        else if (q >= level_begin && q < level_end)
+            crossing += fabs((double)entry[k].coefficient);
+        entry[k].slot = (uint32_t)(2 * q) | kind;
+    }
+
+    inner_sum inner = {.sum = 1.0, .gain = 1.0}; /* a source hears its own heat */
+    if (level > 0) {
+        inner = hear_inner(g, entry, n, level_begin, parity);
+        inner.sum *= time;
+        if (!(inner.sum > 0.0) || !isfinite(inner.sum)) {
+            inner = borrow_from_parent(g, place, parity);
+            inner.sum *= diagonal;
+        }
+    }
+    const double first = inner.sum / diagonal;
+    const int32_t shift = k_exponent(first);
+    const double omega = is_plain ? 1.0 : relaxation(inner.gain, area, diagonal, crossing * time / diagonal);
+    const double mantissa = first * k_power_of_two(-(int64_t)shift); /* in [1, 2) */
+    const double value = is_plain ? mantissa : mantissa * inner.gain;
+    g->scale[place] = inner.scale + shift;
+    g->first[place] = (float)mantissa;
+    g->value[2 * place] = value;
+    g->value[2 * place + 1] = value;
+    row->keep = (float)(1.0 - omega);
+    row->constant = level == 0 ? (float)(omega * mantissa) : 0.0f;
+    row->weight = (float)(area / (value * value) / g->area);
+    const double factor = omega * time / diagonal;
+    for (uint32_t k = 0; k < n; ++k) {
+        const int64_t q = entry[k].slot >> 1;
+        double c = factor * (double)entry[k].coefficient;
+        if (q < level_begin) c *= k_power_of_two((int64_t)g->scale[q] - g->scale[place]);
+        entry[k].coefficient = (float)c;
+    }
+}
+
+/* The neighbours' positions and places stand anywhere: asked for a few rows ahead. */
+static void prefetch_neighbours(const loxo_geodesic *g, int64_t place)
+{
+    for (uint32_t k = g->row[place].begin; k < g->row[place + 1].begin; ++k) {
+        const int64_t v = g->entry[k].slot;
+        __builtin_prefetch(&g->rank[v]);
+        if (g->m.position != NULL)
+            __builtin_prefetch(&g->m.position[v]);
+        else
+            __builtin_prefetch(&g->m.position_float[v]);
+    }
+}
+
+/* begin..end-1 are whole blocks of the level. */
+void geodesic_build_rows(loxo_geodesic *g, int64_t level, int64_t begin, int64_t end, bool is_plain)
+{
+    for (int64_t block = begin; block < end; block += BLOCK_ROWS)
+        for (int64_t p = block; p < block + BLOCK_ROWS && p < end; ++p) {
+            if (p + PREFETCH_ROWS < end) prefetch_neighbours(g, p + PREFETCH_ROWS);
+            build_row(g, level, p, block, is_plain);
+        }
+}
+
+/* Multiplies in the scales of the neighbours whose places are in from..to-1. */
+static void link(loxo_geodesic *g, int64_t begin, int64_t end, int64_t from, int64_t to)
+{
+    for (int64_t p = begin; p < end; ++p)
+        for (uint32_t k = g->row[p].begin; k < g->row[p + 1].begin; ++k) {
+            const int64_t q = g->entry[k].slot >> 1;
+            if (q < from || q >= to) continue;
+            const double power = k_power_of_two((int64_t)g->scale[q] - g->scale[p]);
+            g->entry[k].coefficient = (float)((double)g->entry[k].coefficient * power);
+        }
+}
+
+void geodesic_link_level(loxo_geodesic *g, int64_t level, int64_t begin, int64_t end)
+{
+    link(g, begin, end, g->level_begin[level], g->level_begin[level + 1]);
+}
+
+void geodesic_link_outward(loxo_geodesic *g, int64_t level, int64_t begin, int64_t end)
+{
+    link(g, begin, end, g->level_begin[level + 1], g->n_reached);
+}

@@ -1,0 +1,111 @@
+/* SPDX-License-Identifier: MIT
+ * Inside of the geodesic solver: its workspace, laid out once, and the phases of a solve. */
+#ifndef LOXO_SOLVER_GEODESIC_INTERNAL_H
+#define LOXO_SOLVER_GEODESIC_INTERNAL_H
+
+#include "base/arena.h"
+#include "base/context.h"
+#include "kernel/diffusion_kernel.h"
+#include "kernel/variants.h"
+#include "mesh/mesh_internal.h"
+#include "mesh/topology.h"
+
+#include <loxo/geodesic.h>
+
+/* Rows of a level are relaxed in blocks of so many; neighbours in other blocks of the level count with their value of
+ * the step before. Part of the answer: another number gives other bits. */
+#define BLOCK_ROWS 64
+
+/* Arrays in breadth-first order stand at index p («place»), those of the mesh at v or f or h. */
+struct loxo_geodesic {
+    loxo_context *ctx;
+    const loxo_mesh *mesh;
+    loxo_mesh_view m;
+    loxo_geodesic_settings settings;
+    const k_variant *kernels;
+
+    double mean_edge_length, time, area;
+    int64_t n_boundary_edges;
+    loxo_chains cycles;
+    double prepare_s, clock_s;
+    bool has_heat;
+
+    loxo_arena arena;
+    /* breadth-first levels of the current sources: 4 arrays of 4 bytes a vertex */
+    loxo_index *order;  /* [n_vertices] place -> vertex; the reached ones first */
+    loxo_index *rank;   /* [n_vertices] vertex -> place; -1 not reached */
+    loxo_index *parent; /* [n_vertices] place -> half-edge between it and the vertex that found it; -1 at sources */
+    loxo_index *level_begin; /* [n_vertices + 1] level -> its first place */
+    int64_t n_levels, n_reached;
+
+    /* heat: value * 2^scale, at place p in value[2 p] and, once final, also in value[2 p + 1] */
+    double *value;  /* [2 n_vertices]; after the recovery value[2 p + 1] is the distance */
+    int32_t *scale; /* [n_vertices] */
+
+    /* one stretch of memory, used by the diffusion first, then by the recovery */
+    float *first;   /* [n_vertices] first estimate, in the unit of scale */
+    float *partial; /* [PARTIAL_SIZE (n_vertices + n_vertices / BLOCK_ROWS + 2)] a block's change and size */
+    k_row *row;     /* [n_vertices + 1] */
+    k_entry *entry; /* [3 n_faces + n_boundary_edges] */
+
+    /* heat in the mesh's order, while the directions are made */
+    double *vertex_value;  /* [n_vertices] */
+    int32_t *vertex_scale; /* [n_vertices] K_NOT_REACHED where there is none */
+    double *distance;      /* [n_vertices] the result in the mesh's order, over closure or face_area */
+
+    /* edge-based recovery, over the same stretch; see admm_edge.c */
+    double *closure;      /* [n_faces] */
+    double *multiplier;   /* [n_faces] */
+    double *potential[2]; /* [n_faces] */
+    double *difference;   /* [3 n_faces], over multiplier and potential, before ADMM begins */
+    /* face-based recovery, over the same stretch; see admm_face.c */
+    double *face_area;        /* [n_faces] */
+    double (*target)[3];      /* [n_faces] h */
+    double (*gradient[2])[3]; /* [n_faces] g */
+    double *jump;             /* [3 n_faces] */
+};
+
+/* What a phase tells besides its status. */
+typedef struct diffusion_result {
+    int64_t n_updates, max_window, n_nonpositive;
+    int64_t n_forced;    /* levels left before they were calm; made good by settling */
+    int64_t n_unsettled; /* cells of 64 places that settling could not calm either */
+    double change;       /* estimate of the directions' change still to come */
+    bool stopped;
+} diffusion_result;
+
+/* levels.c: breadth-first levels from sources (places 0..n-1, sorted, without repeats), row beginnings. */
+loxo_status geodesic_find_levels(loxo_geodesic *g, const loxo_index *sources, int64_t n_sources);
+
+/* diffusion.c */
+loxo_status geodesic_march(loxo_geodesic *g, diffusion_result *result);
+loxo_status geodesic_sweep(loxo_geodesic *g, diffusion_result *result);
+
+/* settle.c: finds the places that the march left unsettled and relaxes them until they are. */
+void geodesic_settle(loxo_geodesic *g, double tolerance, diffusion_result *result);
+
+/* diffusion_rows.c: the three acts that make the rows of a block of places of one level. */
+void geodesic_build_rows(loxo_geodesic *g, int64_t level, int64_t begin, int64_t end, bool is_plain);
+void geodesic_link_level(loxo_geodesic *g, int64_t level, int64_t begin, int64_t end);
+void geodesic_link_outward(loxo_geodesic *g, int64_t level, int64_t begin, int64_t end);
+
+/* Chains of global constraints: cycles of the mesh and paths between sources. */
+loxo_status geodesic_find_chains(loxo_geodesic *g, int64_t n_sources, loxo_chains *chains);
+
+/* admm_edge.c, admm_face.c: from the heat to differences along the tree's edges, in value[2 p + 1]. */
+loxo_status geodesic_recover_edge(loxo_geodesic *g, const loxo_chains *chains, loxo_geodesic_info *info);
+loxo_status geodesic_recover_face(loxo_geodesic *g, const loxo_chains *chains, loxo_geodesic_info *info);
+
+/* From value and scale, at places, to vertex_value and vertex_scale. */
+void geodesic_heat_to_vertices(loxo_geodesic *g);
+
+/* integrate.c: sums the differences outward, in place. */
+void geodesic_integrate(loxo_geodesic *g);
+/* check.c: looks at the distances, in g->distance. */
+loxo_status geodesic_check(loxo_geodesic *g, loxo_geodesic_info *info);
+
+/* geodesic.c: adds the time since the last call to a phase; tells the monitor of an ADMM iteration. */
+void geodesic_clock(loxo_geodesic *g, loxo_geodesic_phase phase, loxo_geodesic_info *info);
+bool geodesic_tell_iteration(loxo_geodesic *g, int64_t iteration, const loxo_geodesic_info *info);
+
+#endif

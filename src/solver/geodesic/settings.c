@@ -1,0 +1,102 @@
+/* SPDX-License-Identifier: MIT
+ * Settings of the geodesic solver: defaults in one function, everything else about them in one table. */
+#include "base/options.h"
+
+#include <loxo/geodesic.h>
+
+loxo_geodesic_settings loxo_geodesic_settings_default(void)
+{
+    return (loxo_geodesic_settings){
+        .method = LOXO_GEODESIC_EDGE,
+        .diffusion = LOXO_DIFFUSION_MARCHING,
+        .time_factor = 1.0, /* t = h^2, eq. (28) */
+        .diffusion_tolerance = 1e-3,
+        .n_sweeps = 1000,
+        .penalty = 100.0,         /* the paper's mu, */
+        .n_iterations = 10,       /* its I_max */
+        .primal_tolerance = 1e-5, /* and its tolerances */
+        .dual_tolerance = 1e-5,
+        .global_constraints = true,
+        .check_gradient_share = 0.6,
+        .check_breach = 2.0,
+    };
+}
+
+#define FIELD(name) offsetof(loxo_geodesic_settings, name)
+
+static const char *const methods[] = {"edge", "face", NULL};
+static const char *const diffusions[] = {"marching", "sweeps", NULL};
+
+const loxo_option loxo_geodesic_options[] = {
+    {.name = "method",
+     .type = LOXO_OPTION_CHOICE,
+     .offset = FIELD(method),
+     .choices = methods,
+     .help = "recovery of the distance: differences along edges, or gradients on faces"},
+    {.name = "diffusion",
+     .type = LOXO_OPTION_CHOICE,
+     .offset = FIELD(diffusion),
+     .choices = diffusions,
+     .help = "marching window that stops by tolerance, or the paper's sweeps"},
+    {.name = "time-factor",
+     .type = LOXO_OPTION_DOUBLE,
+     .offset = FIELD(time_factor),
+     .min = 0.0,
+     .max = 1e8,
+     .exclusive_min = true,
+     .help = "m of t = m h^2, h the mean edge length"},
+    {.name = "diffusion-tolerance",
+     .type = LOXO_OPTION_DOUBLE,
+     .offset = FIELD(diffusion_tolerance),
+     .min = 1e-12,
+     .max = 1.0,
+     .help = "change of the directions, eq. (8), below which a level is final"},
+    {.name = "sweeps",
+     .type = LOXO_OPTION_INT64,
+     .offset = FIELD(n_sweeps),
+     .min = 1.0,
+     .max = 1e9,
+     .help = "number of sweeps of --diffusion sweeps"},
+    {.name = "penalty",
+     .type = LOXO_OPTION_DOUBLE,
+     .offset = FIELD(penalty),
+     .min = 0.0,
+     .max = 1e12,
+     .exclusive_min = true,
+     .help = "mu of ADMM"},
+    {.name = "iterations",
+     .type = LOXO_OPTION_INT64,
+     .offset = FIELD(n_iterations),
+     .min = 0.0,
+     .max = 1e9,
+     .help = "most ADMM iterations"},
+    {.name = "primal-tolerance",
+     .type = LOXO_OPTION_DOUBLE,
+     .offset = FIELD(primal_tolerance),
+     .min = 0.0,
+     .max = 1.0,
+     .help = "ADMM stops when both residuals are below their tolerances"},
+    {.name = "dual-tolerance",
+     .type = LOXO_OPTION_DOUBLE,
+     .offset = FIELD(dual_tolerance),
+     .min = 0.0,
+     .max = 1.0,
+     .help = "the same for the dual residual"},
+    {.name = "global-constraints",
+     .type = LOXO_OPTION_BOOL,
+     .offset = FIELD(global_constraints),
+     .help = "line integrals vanish along cycles of surfaces that are no disk, and between sources"},
+    {.name = "check-gradient-share",
+     .type = LOXO_OPTION_DOUBLE,
+     .offset = FIELD(check_gradient_share),
+     .min = 0.0,
+     .max = 1.0,
+     .help = "largest share of the area where the gradient's length may be off 1 by over a tenth"},
+    {.name = "check-breach",
+     .type = LOXO_OPTION_DOUBLE,
+     .offset = FIELD(check_breach),
+     .min = 0.0,
+     .max = 1e30,
+     .help = "largest 99th percentile of |d(a) - d(b)| / |ab| - 1 over the edges"},
+    {.name = NULL},
+};
