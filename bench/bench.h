@@ -1,0 +1,170 @@
+/* SPDX-License-Identifier: MIT
+ * What the files of loxo-bench share: settings, cases, samples, tables, child processes, peers. */
+#ifndef LOXO_BENCH_BENCH_H
+#define LOXO_BENCH_BENCH_H
+
+#include <loxo/loxo.h>
+
+#include <jansson.h>
+
+#define BENCH_MAX_REPEATS 101
+#define BENCH_MAX_THREADS 16
+#define BENCH_MAX_PEERS   16
+#define BENCH_MAX_SWEEPS  16
+#define BENCH_PATH        4096
+
+typedef enum bench_method { BENCH_EDGE, BENCH_FACE, BENCH_BOTH } bench_method;
+
+typedef struct bench_settings {
+    int repeats;      /* measured rounds; a warm-up round goes before */
+    int method;       /* bench_method */
+    int64_t vertices; /* of the generated meshes of `time`, `build`, and the smaller of `scale` */
+    int64_t largest;  /* vertices of the larger mesh of `scale` */
+} bench_settings;
+
+/* Somebody else's program: a shell command with {mesh} {sources} {out} {threads} {method} in it. It prints `seconds X`
+ * (time without reading; also, if it likes, `phase NAME X` and `bytes X`, its peak) and writes the distances to {out},
+ * raw float64 or .npy. */
+typedef struct bench_peer {
+    char name[32];
+    const char *command;
+} bench_peer;
+
+typedef struct bench {
+    loxo_context *ctx;
+    bench_settings settings;
+    int n_threads, threads[BENCH_MAX_THREADS]; /* thread counts to measure, ascending */
+    int n_peers;
+    bench_peer peers[BENCH_MAX_PEERS];
+    int n_sweeps;
+    int64_t sweeps[BENCH_MAX_SWEEPS]; /* sweep counts of the paper's diffusion that `accuracy` shows too */
+    const char *case_filter;          /* part of a case's name; NULL: all */
+    const char *mesh, *exact;         /* a case of the user's own */
+    const char *json_path;            /* NULL: no JSON */
+    char shared[BENCH_PATH];          /* folder of the meshes; "" when there is none */
+    char work[BENCH_PATH];            /* folder for generated meshes and results */
+    bool keep_work;                   /* it was given, so what is in it stays */
+    char self[BENCH_PATH];            /* this program, to run as a child */
+    json_t *report;                   /* what --json writes */
+    char message[2 * BENCH_PATH];     /* why the last bench_fail failed; "" when the context knows */
+} bench;
+
+/* Keeps the message and returns status. */
+loxo_status bench_fail(bench *b, loxo_status status, const char *format, ...) __attribute__((format(printf, 3, 4)));
+/* The reason of the last failure, the bench's own or the library's. */
+const char *bench_message(const bench *b);
+
+/* ---- samples and tables (report.c) --------------------------------------------------------------------------- */
+
+typedef struct bench_stat {
+    double median, min, max;
+    int n;
+} bench_stat;
+
+bench_stat bench_stat_of(int n, const double *sample); /* n >= 1 */
+/* "0.412 [0.405..0.431]", in the given unit's scale: 1e3 for ms. */
+const char *bench_stat_text(bench_stat stat, double scale, char *text, size_t n);
+json_t *bench_stat_json(bench_stat stat);
+
+#define BENCH_MAX_COLUMNS 14
+#define BENCH_MAX_ROWS    64
+#define BENCH_CELL        40
+
+typedef struct bench_table {
+    int n_columns, n_rows;
+    char cell[BENCH_MAX_ROWS][BENCH_MAX_COLUMNS][BENCH_CELL]; /* row 0: heads */
+} bench_table;
+
+/* heads and rows are given as "a|b|c"; cells beyond the table's size are dropped. */
+void bench_table_begin(bench_table *table, const char *heads);
+void bench_table_row(bench_table *table, const char *format, ...) __attribute__((format(printf, 2, 3)));
+void bench_table_print(const bench_table *table);
+
+/* Prints what the numbers were measured on and puts it into the report; triad for every thread count. */
+loxo_status bench_machine(bench *b);
+/* Appends to the list of that name in the report; takes over row. */
+void bench_record(bench *b, const char *list, json_t *row);
+loxo_status bench_report_write(bench *b);
+
+/* ---- cases (case.c) ------------------------------------------------------------------------------------------ */
+
+typedef enum bench_use { BENCH_ACCURACY = 1, BENCH_TIME = 2 } bench_use;
+
+typedef struct bench_case {
+    const char *name;
+    unsigned use;      /* bench_use, or-ed */
+    const char *file;  /* under the folder of the meshes; NULL: generated */
+    const char *exact; /* distances from vertex 0, under that folder; NULL: none, or a closed form */
+    loxo_shape shape;  /* when generated */
+    int divisor;       /* of settings.vertices, when generated */
+    bool has_closed_form;
+} bench_case;
+
+int bench_n_cases(const bench *b);
+/* Case i; the last one is the user's own when --mesh was given. */
+bench_case bench_case_get(const bench *b, int i);
+bool bench_case_wanted(const bench *b, const bench_case *c, bench_use use);
+/* Whether its files are there. */
+bool bench_case_present(const bench *b, const bench_case *c);
+/* Its mesh as a file that anybody can read: the file itself, or a PLY generated into the work folder by a child. */
+loxo_status bench_case_path(bench *b, const bench_case *c, char path[BENCH_PATH]);
+/* Reads it; exact (may be NULL) receives the true distances from vertex 0, or NULL where none are known. */
+loxo_status bench_case_load(bench *b, const bench_case *c, loxo_soup *soup, double **exact);
+loxo_status bench_generate(bench *b, loxo_shape shape, int64_t n_vertices, char path[BENCH_PATH]);
+
+/* ---- children (process.c, worker.c) -------------------------------------------------------------------------- */
+
+typedef struct bench_child {
+    char *text; /* its standard output, ends with 0; from loxo_allocate */
+    int exit_code;
+    double wall_s;
+    size_t peak_bytes; /* most resident bytes; not less than this process's when it was started */
+} bench_child;
+
+/* Runs a program (argv ends with NULL; found in PATH) with its output caught and its errors let through. */
+loxo_status bench_child_run(loxo_context *ctx, const char *const *argv, bench_child *child);
+bool bench_self_path(char path[BENCH_PATH]);
+bool bench_make_folder(char path[BENCH_PATH]); /* a new one of our own under TMPDIR */
+void bench_remove_folder(const char *path);    /* with the files in it */
+
+/* A measurement in a process of its own, so that its peak is its own: `loxo-bench worker TASK ...`. */
+loxo_status bench_worker(bench *b, int argc, char **argv);
+/* Runs one and parses the JSON it prints; the caller releases *result with json_decref. */
+loxo_status bench_worker_run(bench *b, int n_threads, const char *const *task, json_t **result);
+double bench_number(const json_t *object, const char *key); /* NaN when absent */
+
+/* ---- peers (peer.c) ------------------------------------------------------------------------------------------ */
+
+typedef struct bench_peer_result {
+    double seconds;
+    double diffusion_s; /* NaN when it did not say */
+    size_t peak_bytes;
+} bench_peer_result;
+
+/* Runs a peer on a mesh; its distances are then in the file out. Failing is told on stderr and is LOXO_ERR_UNSUPPORTED. */
+loxo_status bench_peer_run(bench *b, const bench_peer *peer, const char *mesh, const char *out, int n_threads,
+                           const char *method, bench_peer_result *result);
+/* Distances from a file: .npy, or raw float64 of n values. */
+loxo_status bench_read_distances(bench *b, const char *path, int64_t n, double **distance);
+
+/* ---- commands ------------------------------------------------------------------------------------------------ */
+
+/* STREAM triad a[i] = b[i] + s c[i], 24 bytes an element, arrays far larger than the caches. */
+typedef struct bench_triad {
+    int n_threads;
+    int64_t n;
+    double *array[3];
+} bench_triad;
+
+loxo_status bench_triad_open(bench *b, int n_threads, bench_triad *t);
+double bench_triad_run(const bench_triad *t); /* GB/s of one pass; 0 when the result was wrong */
+void bench_triad_close(bench *b, bench_triad *t);
+
+loxo_status bench_list(bench *b);
+loxo_status bench_micro(bench *b);
+loxo_status bench_accuracy(bench *b);
+loxo_status bench_time(bench *b);
+loxo_status bench_scale(bench *b);
+loxo_status bench_build(bench *b);
+
+#endif

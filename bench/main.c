@@ -1,0 +1,225 @@
+/* SPDX-License-Identifier: MIT
+ * loxo-bench: measures Loxo and says what it measured on. */
+#include "base/options.h"
+#include "base/os.h"
+#include "bench.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+static const char *const method_names[] = {"edge", "face", "both", NULL};
+
+static const loxo_option options[] = {
+    {.name = "repeats",
+     .type = LOXO_OPTION_INT,
+     .offset = offsetof(bench_settings, repeats),
+     .min = 1,
+     .max = BENCH_MAX_REPEATS,
+     .help = "measured rounds, after one of warm-up; tables show medians [min..max]"},
+    {.name = "method",
+     .type = LOXO_OPTION_CHOICE,
+     .offset = offsetof(bench_settings, method),
+     .choices = method_names,
+     .help = "edge, face or both: recovery that `time` and `scale` measure"},
+    {.name = "vertices",
+     .type = LOXO_OPTION_INT64,
+     .offset = offsetof(bench_settings, vertices),
+     .min = 100,
+     .max = 2e8,
+     .help = "vertices of the generated meshes (accuracy: a quarter)"},
+    {.name = "largest",
+     .type = LOXO_OPTION_INT64,
+     .offset = offsetof(bench_settings, largest),
+     .min = 100,
+     .max = 2e8,
+     .help = "vertices of the larger mesh of scale"},
+    {0},
+};
+
+static const struct {
+    const char *name, *help;
+    loxo_status (*run)(bench *b);
+} commands[] = {
+    {"list", "the named cases, and whether their meshes are here", bench_list},
+    {"micro", "STREAM triad, and every hot kernel against it", bench_micro},
+    {"accuracy", "errors against exact distances and against a direct solve of the heat equation", bench_accuracy},
+    {"time", "mesh in memory to distances: seconds, phases, bytes a vertex", bench_time},
+    {"scale", "PLY file to distances in a file, at two sizes: growth of time and bytes a vertex", bench_scale},
+    {"build", "half-edges of a mesh in memory", bench_build},
+};
+#define N_COMMANDS (sizeof commands / sizeof commands[0])
+
+static void print_help(const bench_settings *defaults)
+{
+    puts("usage: loxo-bench COMMAND [options]\n\ncommands:");
+    for (size_t i = 0; i < N_COMMANDS; ++i)
+        printf("  %-9s %s\n", commands[i].name, commands[i].help);
+    puts("\noptions:");
+    for (const loxo_option *o = options; o->name != NULL; ++o) {
+        char value[64];
+        loxo_option_print(o, defaults, value, sizeof value);
+        printf("  --%-12s %s [%s]\n", o->name, o->help, value);
+    }
+    puts("  --threads     thread counts to measure, as 1,2 [1 and all]\n"
+         "  --case        only cases whose name has this in it\n"
+         "  --mesh        a mesh of your own instead of the named cases; source is vertex 0\n"
+         "  --exact       its true distances (.npy)\n"
+         "  --sweeps      accuracy: also the paper's plain sweeps, as 100,200,400\n"
+         "  --shared      folder of the test meshes [../shared/meshes where it exists]\n"
+         "  --work        folder for generated meshes and results [a temporary one, removed at the end]\n"
+         "  --json        write all numbers to this file\n"
+         "  --compare-with [NAME=]COMMAND\n"
+         "                a program to run beside ours on the same mesh, in turns; may be given several times.\n"
+         "                {mesh} {sources} {out} {threads} {method} are filled in; it prints `seconds X`, and if it\n"
+         "                likes `phase diffusion X` and `bytes X`, and writes float64 or .npy distances to {out}");
+}
+
+/* "1,2,4" into numbers; false when it is anything else. */
+static bool parse_list(const char *text, int n_most, int64_t most, int64_t *list, int *n)
+{
+    *n = 0;
+    for (const char *p = text; *n < n_most; ++p) {
+        char *end = NULL;
+        const long long value = strtoll(p, &end, 10);
+        if (end == p || value < 1 || value > most) return false;
+        list[(*n)++] = value;
+        if (*end == '\0') return true;
+        if (*end != ',') return false;
+        p = end;
+    }
+    return false;
+}
+
+static loxo_status add_peer(bench *b, const char *text)
+{
+    bench_peer *peer = &b->peers[b->n_peers];
+    const size_t length = strspn(text, "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_.");
+    if (b->n_peers == BENCH_MAX_PEERS) return bench_fail(b, LOXO_ERR_ARGUMENT, "--compare-with: too many");
+    const bool is_named = length > 0 && length < sizeof peer->name && text[length] == '=';
+    if (is_named)
+        snprintf(peer->name, sizeof peer->name, "%.*s", (int)length, text);
+    else
+        snprintf(peer->name, sizeof peer->name, "peer%d", b->n_peers + 1);
+    peer->command = is_named ? text + length + 1 : text;
+    b->n_peers += 1;
+    return LOXO_OK;
+}
+
+static loxo_status set_option(bench *b, const char *name, const char *value)
+{
+    int64_t list[BENCH_MAX_SWEEPS];
+    const struct {
+        const char *name, **field;
+    } texts[] = {{"case", &b->case_filter}, {"mesh", &b->mesh}, {"exact", &b->exact}, {"json", &b->json_path}};
+    const struct {
+        const char *name;
+        char *field;
+    } paths[] = {{"shared", b->shared}, {"work", b->work}};
+    if (loxo_options_find(options, name) != NULL)
+        return loxo_options_set(b->ctx, "loxo-bench", options, &b->settings, name, value);
+    for (size_t i = 0; i < sizeof texts / sizeof texts[0]; ++i)
+        if (strcmp(name, texts[i].name) == 0) {
+            *texts[i].field = value;
+            return LOXO_OK;
+        }
+    for (size_t i = 0; i < sizeof paths / sizeof paths[0]; ++i)
+        if (strcmp(name, paths[i].name) == 0) {
+            if (snprintf(paths[i].field, BENCH_PATH, "%s", value) < BENCH_PATH && access(value, R_OK) == 0)
+                return LOXO_OK;
+            return bench_fail(b, LOXO_ERR_READ, "--%s: no such folder: %s", name, value);
+        }
+    if (strcmp(name, "compare-with") == 0) return add_peer(b, value);
+    if (strcmp(name, "threads") == 0) {
+        if (!parse_list(value, BENCH_MAX_THREADS, 4096, list, &b->n_threads))
+            return bench_fail(b, LOXO_ERR_ARGUMENT, "--threads: not a list of counts: %s", value);
+        for (int i = 0; i < b->n_threads; ++i)
+            b->threads[i] = (int)list[i];
+        return LOXO_OK;
+    }
+    if (strcmp(name, "sweeps") == 0) {
+        if (parse_list(value, BENCH_MAX_SWEEPS, 1000000, b->sweeps, &b->n_sweeps)) return LOXO_OK;
+        return bench_fail(b, LOXO_ERR_ARGUMENT, "--sweeps: not a list of counts: %s", value);
+    }
+    return bench_fail(b, LOXO_ERR_ARGUMENT, "no such option: --%s", name);
+}
+
+/* Takes the options out of argv; what is left are the words. */
+static loxo_status parse(bench *b, int *argc, char **argv)
+{
+    int n_words = 0;
+    for (int i = 0; i < *argc; ++i) {
+        if (strncmp(argv[i], "--", 2) != 0) {
+            argv[n_words++] = argv[i];
+            continue;
+        }
+        if (i + 1 == *argc) return bench_fail(b, LOXO_ERR_ARGUMENT, "%s: its value is missing", argv[i]);
+        const loxo_status status = set_option(b, argv[i] + 2, argv[i + 1]);
+        if (status < 0) return status;
+        ++i;
+    }
+    *argc = n_words;
+    return LOXO_OK;
+}
+
+/* 1, 2, 4, ... and the number of usable processors. */
+static void choose_threads(bench *b)
+{
+    const int most = loxo_os_n_processors();
+    for (int n = 1; n < most && b->n_threads < BENCH_MAX_THREADS - 1; n *= 2)
+        b->threads[b->n_threads++] = n;
+    b->threads[b->n_threads++] = most;
+}
+
+static loxo_status run(bench *b, int argc, char **argv)
+{
+    loxo_status status = parse(b, &argc, argv);
+    if (status < 0) return status;
+    if (argc < 1) return bench_fail(b, LOXO_ERR_ARGUMENT, "a command is missing; see loxo-bench --help");
+    if (b->n_threads == 0) choose_threads(b);
+    if (strcmp(argv[0], "worker") == 0) {
+        loxo_context_settings settings = loxo_context_settings_default();
+        settings.n_threads = b->threads[0];
+        loxo_context_destroy(b->ctx);
+        b->ctx = NULL;
+        if ((status = loxo_context_create(&settings, &b->ctx)) < 0) return status;
+        return bench_worker(b, argc - 1, argv + 1);
+    }
+    if (!bench_self_path(b->self)) return bench_fail(b, LOXO_ERR_READ, "cannot find this program's own file");
+    for (size_t i = 0; i < N_COMMANDS; ++i) {
+        if (strcmp(argv[0], commands[i].name) != 0) continue;
+        if (argc > 1) return bench_fail(b, LOXO_ERR_ARGUMENT, "what is `%s`?", argv[1]);
+        b->keep_work = b->work[0] != '\0';
+        if (!b->keep_work && !bench_make_folder(b->work)) {
+            b->work[0] = '\0';
+            return bench_fail(b, LOXO_ERR_WRITE, "cannot make a temporary folder");
+        }
+        json_object_set_new(b->report, "command", json_string(argv[0]));
+        json_object_set_new(b->report, "version", json_string(loxo_version()));
+        json_object_set_new(b->report, "repeats", json_integer(b->settings.repeats));
+        if (commands[i].run != bench_list && (status = bench_machine(b)) < 0) return status;
+        if ((status = commands[i].run(b)) < 0) return status;
+        return bench_report_write(b);
+    }
+    return bench_fail(b, LOXO_ERR_ARGUMENT, "no such command: %s", argv[0]);
+}
+
+int main(int argc, char **argv)
+{
+    static bench b; /* large */
+    b.settings = (bench_settings){.repeats = 5, .method = BENCH_BOTH, .vertices = 1000000, .largest = 10000000};
+    if (argc < 2 || strcmp(argv[1], "--help") == 0 || strcmp(argv[1], "-h") == 0) {
+        print_help(&b.settings);
+        return argc < 2 ? loxo_status_exit_code(LOXO_ERR_ARGUMENT) : 0;
+    }
+    if (access("../shared/meshes", R_OK) == 0) snprintf(b.shared, sizeof b.shared, "../shared/meshes");
+    loxo_status status = loxo_context_create(NULL, &b.ctx);
+    b.report = json_object();
+    if (status >= 0) status = run(&b, argc - 1, argv + 1);
+    if (status < 0 && b.ctx != NULL) fprintf(stderr, "loxo-bench: error: %s\n", bench_message(&b));
+    if (b.work[0] != '\0' && !b.keep_work) bench_remove_folder(b.work);
+    json_decref(b.report);
+    loxo_context_destroy(b.ctx);
+    return loxo_status_exit_code(status);
+}

@@ -1,0 +1,211 @@
+/* SPDX-License-Identifier: MIT
+ * Measurements that run in a process of their own: their peak of memory is then theirs alone. Each prints one JSON
+ * object on standard output. The parent stays small, because a child's recorded peak begins at its parent's. */
+#include "base/os.h"
+#include "bench.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+double bench_number(const json_t *object, const char *key)
+{
+    const json_t *value = json_object_get(object, key);
+    return json_is_number(value) ? json_number_value(value) : (double)NAN;
+}
+
+static loxo_status print_json(bench *b, json_t *object)
+{
+    char *text = json_dumps(object, JSON_COMPACT | JSON_REAL_PRECISION(17));
+    json_decref(object);
+    if (text == NULL) return bench_fail(b, LOXO_ERR_MEMORY, "no memory for the report");
+    puts(text);
+    free(text);
+    return LOXO_OK;
+}
+
+/* generate SHAPE N FILE */
+static loxo_status generate(bench *b, char **argv)
+{
+    loxo_generate_settings settings = loxo_generate_settings_default();
+    int64_t n_vertices = 0, n_faces = 0;
+    if (!loxo_shape_from_name(argv[0], &settings.shape))
+        return bench_fail(b, LOXO_ERR_ARGUMENT, "no shape of that name: %s", argv[0]);
+    settings.n_vertices = strtoll(argv[1], NULL, 10);
+    const loxo_status status = loxo_generate_to_ply(b->ctx, &settings, argv[2], &n_vertices, &n_faces);
+    if (status < 0) return status;
+    return print_json(b, json_pack("{s:I, s:I}", "n_vertices", (json_int_t)n_vertices, "n_faces", (json_int_t)n_faces));
+}
+
+/* The mesh takes over the arrays of the soup. */
+static loxo_status mesh_of(bench *b, loxo_soup *soup, loxo_mesh_info *info, loxo_mesh **mesh)
+{
+    const loxo_mesh_arrays arrays = loxo_soup_arrays(soup);
+    soup->position = NULL;
+    soup->position_float = NULL;
+    soup->triangle = NULL;
+    return loxo_mesh_create(b->ctx, &arrays, LOXO_ADOPT, NULL, info, mesh);
+}
+
+/* build FILE N: half-edges of a mesh in memory, N times after a warm-up. */
+static loxo_status build(bench *b, char **argv)
+{
+    loxo_soup soup;
+    const int n = (int)strtol(argv[1], NULL, 10);
+    json_t *total = json_array(), *halfedge = json_array(), *reorder = json_array();
+    loxo_mesh_info info = {0};
+    loxo_status status = loxo_read_mesh(b->ctx, argv[0], NULL, &soup);
+    const loxo_mesh_arrays arrays = loxo_soup_arrays(&soup);
+    for (int k = -1; k < n && status >= 0; ++k) {
+        loxo_mesh *mesh = NULL;
+        const double start = loxo_os_clock_s();
+        status = loxo_mesh_create(b->ctx, &arrays, LOXO_BORROW, NULL, &info, &mesh);
+        const double seconds = loxo_os_clock_s() - start;
+        loxo_mesh_destroy(mesh);
+        if (k < 0) continue;
+        json_array_append_new(total, json_real(seconds));
+        json_array_append_new(halfedge, json_real(info.halfedge_s));
+        json_array_append_new(reorder, json_real(info.reorder_s));
+    }
+    json_t *result = json_pack("{s:o, s:o, s:o, s:I, s:I, s:I, s:i, s:I}", "total_s", total, "halfedge_s", halfedge,
+                               "reorder_s", reorder, "mesh_bytes", (json_int_t)info.mesh_bytes, "order_bytes",
+                               (json_int_t)info.order_bytes, "peak_bytes", (json_int_t)info.peak_bytes, "order",
+                               (int)info.order, "n_vertices", (json_int_t)soup.n_vertices);
+    loxo_soup_destroy(b->ctx, &soup);
+    if (status >= 0) return print_json(b, result);
+    json_decref(result);
+    return status;
+}
+
+/* One solve's clock time and phases, appended to the result. */
+static loxo_status solve_once(loxo_geodesic *geodesic, double *distance, json_t *solves, loxo_geodesic_info *info)
+{
+    const double start = loxo_os_clock_s();
+    const loxo_status status = loxo_geodesic_solve(geodesic, (const loxo_index[]){0}, 1, distance, info);
+    json_t *solve = json_pack("{s:f}", "solve_s", loxo_os_clock_s() - start);
+    for (int p = 0; p < LOXO_GEODESIC_N_PHASES; ++p)
+        json_object_set_new(solve, loxo_geodesic_phase_name((loxo_geodesic_phase)p), json_real(info->phase_s[p]));
+    json_array_append_new(solves, solve);
+    return status;
+}
+
+/* solve FILE METHOD N OUT: the whole way from file to distances (written when OUT is not "-"); N solves, the first of
+ * them on memory that was never touched. */
+static loxo_status solve(bench *b, char **argv)
+{
+    loxo_soup soup = {0};
+    loxo_mesh *mesh = NULL;
+    loxo_mesh_info mesh_info = {0};
+    loxo_geodesic *geodesic = NULL;
+    loxo_geodesic_info info = {0};
+    loxo_geodesic_settings settings = loxo_geodesic_settings_default();
+    double *distance = NULL;
+    json_t *solves = json_array();
+    const int n_solves = (int)strtol(argv[2], NULL, 10);
+    double clock[6] = {loxo_os_clock_s()};
+    settings.method = strcmp(argv[1], "face") == 0 ? LOXO_GEODESIC_FACE : LOXO_GEODESIC_EDGE;
+
+    loxo_status status = loxo_read_mesh(b->ctx, argv[0], NULL, &soup);
+    clock[1] = loxo_os_clock_s();
+    if (status < 0 || (status = mesh_of(b, &soup, &mesh_info, &mesh)) < 0) goto done;
+    clock[2] = loxo_os_clock_s();
+    const int64_t n = loxo_mesh_n_vertices(mesh);
+    if ((status = loxo_geodesic_create(b->ctx, mesh, &settings, &geodesic)) < 0) goto done;
+    clock[3] = loxo_os_clock_s();
+    if ((distance = loxo_allocate(b->ctx, n, sizeof *distance)) == NULL) {
+        status = LOXO_ERR_MEMORY;
+        goto done;
+    }
+    for (int k = 0; k < n_solves; ++k)
+        if ((status = solve_once(geodesic, distance, solves, &info)) < 0) goto done;
+    const loxo_status solve_status = status;
+    clock[4] = loxo_os_clock_s();
+    if (strcmp(argv[3], "-") != 0 && (status = loxo_write_field(b->ctx, argv[3], "distance", distance, n, NULL)) < 0)
+        goto done;
+    clock[5] = loxo_os_clock_s();
+    json_t *result = json_pack("{s:s, s:I, s:I, s:f, s:f, s:f, s:f, s:f, s:O, s:I, s:I, s:I, s:I, s:I}", "status",
+                               loxo_status_name(solve_status), "n_vertices", (json_int_t)n, "n_faces",
+                               (json_int_t)loxo_mesh_n_faces(mesh), "read_s", clock[1] - clock[0], "mesh_s",
+                               clock[2] - clock[1], "create_s", clock[3] - clock[2], "write_s", clock[5] - clock[4],
+                               "total_s", clock[5] - clock[0], "solves", solves, "peak_bytes",
+                               (json_int_t)loxo_os_peak_rss(), "workspace_bytes", (json_int_t)info.workspace_bytes,
+                               "mesh_bytes", (json_int_t)mesh_info.mesh_bytes + (json_int_t)mesh_info.order_bytes,
+                               "n_levels", (json_int_t)info.n_levels, "n_updates", (json_int_t)info.n_evaluations);
+    status = print_json(b, result);
+done:
+    json_decref(solves);
+    loxo_release(b->ctx, distance);
+    loxo_geodesic_destroy(geodesic);
+    loxo_mesh_destroy(mesh);
+    loxo_soup_destroy(b->ctx, &soup);
+    return status;
+}
+
+/* error CASE FILE: mean relative error of the distances in FILE on a named case. */
+static loxo_status error_of(bench *b, char **argv)
+{
+    for (int i = 0; i < bench_n_cases(b); ++i) {
+        const bench_case c = bench_case_get(b, i);
+        loxo_soup soup;
+        double *exact = NULL, *distance = NULL;
+        loxo_distance_error error = {0};
+        if (strcmp(c.name, argv[0]) != 0) continue;
+        loxo_status status = bench_case_load(b, &c, &soup, &exact);
+        if (status >= 0 && exact == NULL)
+            status = bench_fail(b, LOXO_ERR_UNSUPPORTED, "%s: the true distances are not known", c.name);
+        if (status >= 0) status = bench_read_distances(b, argv[1], soup.n_vertices, &distance);
+        if (status >= 0) status = loxo_measure_distance_error(b->ctx, distance, exact, soup.n_vertices, &error);
+        loxo_release(b->ctx, distance);
+        loxo_release(b->ctx, exact);
+        loxo_soup_destroy(b->ctx, &soup);
+        if (status < 0) return status;
+        return print_json(b, json_pack("{s:f}", "mean_relative", error.mean_relative));
+    }
+    return bench_fail(b, LOXO_ERR_ARGUMENT, "no case of that name: %s", argv[0]);
+}
+
+static const struct {
+    const char *name;
+    int n_arguments;
+    loxo_status (*run)(bench *b, char **argv);
+} tasks[] = {{"generate", 3, generate}, {"build", 2, build}, {"solve", 4, solve}, {"error", 2, error_of}};
+
+loxo_status bench_worker(bench *b, int argc, char **argv)
+{
+    b->keep_work = true; /* the folder is the parent's */
+    for (size_t i = 0; i < sizeof tasks / sizeof tasks[0]; ++i)
+        if (argc >= 1 && strcmp(tasks[i].name, argv[0]) == 0 && argc == 1 + tasks[i].n_arguments)
+            return tasks[i].run(b, argv + 1);
+    return bench_fail(b, LOXO_ERR_ARGUMENT, "worker: no such task");
+}
+
+loxo_status bench_worker_run(bench *b, int n_threads, const char *const *task, json_t **result)
+{
+    char threads[16], vertices[32];
+    const char *argv[48] = {b->self, "worker"};
+    int n = 2;
+    bench_child child;
+    *result = NULL;
+    while (*task != NULL && n < 32)
+        argv[n++] = *task++;
+    snprintf(threads, sizeof threads, "%d", n_threads);
+    snprintf(vertices, sizeof vertices, "%lld", (long long)b->settings.vertices);
+    const char *const options[] = {"--threads", threads, "--vertices", vertices, "--work", b->work};
+    for (size_t i = 0; i < sizeof options / sizeof options[0]; ++i)
+        argv[n++] = options[i];
+    const char *const optional[][2] = {
+        {"--shared", b->shared[0] != '\0' ? b->shared : NULL}, {"--mesh", b->mesh}, {"--exact", b->exact}};
+    for (size_t i = 0; i < sizeof optional / sizeof optional[0]; ++i) {
+        if (optional[i][1] == NULL) continue;
+        argv[n++] = optional[i][0];
+        argv[n++] = optional[i][1];
+    }
+    argv[n] = NULL;
+    const loxo_status status = bench_child_run(b->ctx, argv, &child);
+    if (status < 0) return status;
+    if (child.exit_code == 0) *result = json_loads(child.text, 0, NULL);
+    loxo_release(b->ctx, child.text);
+    if (*result != NULL) return LOXO_OK;
+    return bench_fail(b, LOXO_ERR_UNSUPPORTED, "the child `%s` ended with exit code %d", argv[2], child.exit_code);
+}
