@@ -307,8 +307,10 @@ static loxo_failure last_failure(const cli_run *run, loxo_status status)
         f = run->failure;
     else if (run->ctx != NULL && loxo_context_failure(run->ctx)->status == status)
         f = *loxo_context_failure(run->ctx);
-    if (status == LOXO_ERR_STOPPED)
+    if (status == LOXO_ERR_STOPPED) { /* whatever file was at hand is not to blame */
+        f = (loxo_failure){.status = status, .byte = -1, .element = -1};
         (void)snprintf(f.text, sizeof f.text, "stopped by signal %d; nothing was written", signals_caught());
+    }
     if (f.text[0] == '\0') (void)snprintf(f.text, sizeof f.text, "%s", loxo_status_text(status));
     if (f.file[0] == '\0' && run->input != NULL && (status == LOXO_ERR_MESH || status == LOXO_ERR_MALFORMED))
         (void)snprintf(f.file, sizeof f.file, "%s", run->input);

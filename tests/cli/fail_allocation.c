@@ -5,6 +5,8 @@
 #include <stdio.h>
 #include <stdlib.h>
 
+#define EXPORT __attribute__((visibility("default")))
+
 void *__libc_malloc(size_t n_bytes);
 void *__libc_calloc(size_t n, size_t size);
 void *__libc_realloc(void *block, size_t n_bytes);
@@ -23,11 +25,11 @@ static int is_to_fail(void)
     return fail_at > 0 && (keep ? count >= fail_at : count == fail_at);
 }
 
-void *malloc(size_t n_bytes) { return is_to_fail() ? NULL : __libc_malloc(n_bytes); }
+EXPORT void *malloc(size_t n_bytes) { return is_to_fail() ? NULL : __libc_malloc(n_bytes); }
 
-void *calloc(size_t n, size_t size) { return is_to_fail() ? NULL : __libc_calloc(n, size); }
+EXPORT void *calloc(size_t n, size_t size) { return is_to_fail() ? NULL : __libc_calloc(n, size); }
 
-void *realloc(void *block, size_t n_bytes) { return is_to_fail() ? NULL : __libc_realloc(block, n_bytes); }
+EXPORT void *realloc(void *block, size_t n_bytes) { return is_to_fail() ? NULL : __libc_realloc(block, n_bytes); }
 
 __attribute__((destructor)) static void tell(void)
 {
