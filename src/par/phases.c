@@ -7,9 +7,12 @@
 
 #define SPINS_BEFORE_YIELD 2000
 #define OVER               UINT64_MAX
+#define CLOSED             UINT32_MAX /* more than any number of chunks */
 
 /* word: number of the phase in the upper half, next unclaimed chunk in the lower. It is written last when a phase is
- * prepared and compared when a chunk is claimed, so a chunk can be claimed of the phase that n_chunks belongs to only. */
+ * prepared and compared when a chunk is claimed. Before n_chunks changes, the word says that nothing is left (CLOSED):
+ * who sees the new n_chunks sees that the old word is gone, too, so a chunk can be claimed of the phase that n_chunks
+ * belongs to only. */
 typedef struct shared_state {
     _Alignas(64) uint64_t word;
     _Alignas(64) int64_t n_done;
@@ -36,8 +39,9 @@ static void open_next(const loxo_phases *phases, shared_state *s, uint64_t phase
         if (__atomic_load_n(&s->is_stopped, __ATOMIC_RELAXED) != 0) n_chunks = -1;
         if (n_chunks == 0) n_chunks = phases->advance(phases->arg);
     }
-    s->n_done = 0;
-    __atomic_store_n(&s->n_chunks, n_chunks, __ATOMIC_RELAXED);
+    __atomic_store_n(&s->n_done, 0, __ATOMIC_RELAXED);
+    __atomic_store_n(&s->word, (phase & 0x7fffffffu) << 32 | CLOSED, __ATOMIC_RELAXED);
+    __atomic_store_n(&s->n_chunks, n_chunks, __ATOMIC_RELEASE);
     __atomic_store_n(&s->word, n_chunks < 0 ? OVER : (phase & 0x7fffffffu) << 32, __ATOMIC_RELEASE);
 }
 
@@ -48,7 +52,7 @@ static void run_thread(const loxo_phases *phases, shared_state *s)
     for (;;) {
         uint64_t word = __atomic_load_n(&s->word, __ATOMIC_ACQUIRE);
         if (word == OVER) return;
-        const int64_t chunk = (int64_t)(word & UINT32_MAX), n_chunks = __atomic_load_n(&s->n_chunks, __ATOMIC_RELAXED);
+        const int64_t chunk = (int64_t)(word & UINT32_MAX), n_chunks = __atomic_load_n(&s->n_chunks, __ATOMIC_ACQUIRE);
         if (chunk >= n_chunks) {
             if (++n_spins > SPINS_BEFORE_YIELD) {
                 n_spins = 0;
