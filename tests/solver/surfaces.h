@@ -60,6 +60,15 @@ static inline void surface_destroy(surface *s)
     loxo_soup_destroy(s->ctx, &s->soup);
 }
 
+/* Distance on the smooth shape, where there is a closed form; of the shape's default params. */
+static inline void surface_exact(const surface *s, loxo_shape shape, loxo_index source, double *distance)
+{
+    loxo_generate_settings settings = loxo_generate_settings_default();
+    settings.shape = shape;
+    settings.n_vertices = s->soup.n_vertices;
+    CHECK_STATUS(s->ctx, loxo_generate_exact_distance(s->ctx, &settings, &s->soup, source, distance), LOXO_OK);
+}
+
 /* One number a vertex. */
 static inline double *surface_numbers(const surface *s)
 {
