@@ -19,8 +19,8 @@ typedef struct loxo_progress {
     double elapsed_s;     /* since the call into the library began */
 } loxo_progress;
 
-/* Called between iterations, from the thread that called the library, never from inside a parallel loop, and not
- * more often than about every 20 ms. Nonzero asks the work to stop: it then returns LOXO_STOPPED (output is the last
+/* Called between iterations, from the thread that called the library, and not more often than about every
+ * 20 ms; other threads of the library may be at work meanwhile. Nonzero asks the work to stop: it then returns LOXO_STOPPED (output is the last
  * state) or LOXO_ERR_STOPPED (there was none yet). */
 typedef int (*loxo_monitor_fn)(void *user, const loxo_progress *progress);
 

@@ -14,13 +14,19 @@
 
 #include "kernel/vec3.h"
 
-/* Sum around face f of what the potentials add to its three differences: d x - d hbar. */
+/* t / 3 for t >= 0. */
+static inline int64_t k_face_of(loxo_index t) { return (int64_t)(((uint64_t)(uint32_t)t * 0xaaaaaaabu) >> 33); }
+
+/* Sum around face f of what the potentials add to its three differences: d x - d hbar. Beyond a boundary stands minus the
+ * own potential. */
 static inline double k_potential_closure(const loxo_index *twin, double own, const double *potential)
 {
-    /* Beyond a boundary stands minus the own potential; -1 / 3 is 0, so what is read there exists and is not used. */
-    const double a = potential[twin[0] / 3], b = potential[twin[1] / 3], c = potential[twin[2] / 3];
-    return 0.5 *
-           ((own - (twin[0] < 0 ? -own : a)) + (own - (twin[1] < 0 ? -own : b)) + (own - (twin[2] < 0 ? -own : c)));
+    const loxo_index a = twin[0], b = twin[1], c = twin[2];
+    if ((a | b | c) >= 0)
+        return 0.5 *
+               ((own - potential[k_face_of(a)]) + (own - potential[k_face_of(b)]) + (own - potential[k_face_of(c)]));
+    return 0.5 * ((own - (a < 0 ? -own : potential[k_face_of(a)])) + (own - (b < 0 ? -own : potential[k_face_of(b)])) +
+                  (own - (c < 0 ? -own : potential[k_face_of(c)])));
 }
 
 /* One iteration of (21), (22) on faces begin..end-1: closure holds d hbar, a the numbers above. */
@@ -29,13 +35,16 @@ static inline void k_admm_edge(const loxo_mesh_view *m, double theta, int64_t be
                                double *restrict potential_next)
 {
     const loxo_index *restrict twin = m->halfedge_twin;
-    for (int64_t f = begin; f < end; ++f) {
-        const double own = potential[f];
-        if ((f & 7) == 0 && f + K_AHEAD < m->n_faces) __builtin_prefetch(&potential[f + K_AHEAD], 0, 2);
-        const double c = closure[f] + k_potential_closure(&twin[3 * f], own, potential);
-        const double r = a[f] + 2.0 * c;
-        a[f] += c;
-        potential_next[f] = theta * (own - r * (1.0 / 3.0));
+    for (int64_t line = begin; line < end; line += 8) {
+        const int64_t line_end = line + 8 < end ? line + 8 : end;
+        if (line + K_AHEAD < m->n_faces) __builtin_prefetch(&potential[line + K_AHEAD], 0, 2);
+        for (int64_t f = line; f < line_end; ++f) {
+            const double own = potential[f];
+            const double c = closure[f] + k_potential_closure(&twin[3 * f], own, potential);
+            const double r = a[f] + 2.0 * c;
+            a[f] += c;
+            potential_next[f] = theta * (own - r * (1.0 / 3.0));
+        }
     }
 }
 

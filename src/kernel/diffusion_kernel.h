@@ -71,9 +71,15 @@ static inline void k_relax_block(const k_row *restrict row, const k_entry *restr
     for (int64_t start = begin; start < begin + 2; ++start) {
         for (int64_t p = start; p < end; p += 2) {
             const double old = value[(2 * p + 1) ^ parity];
+            const k_entry *e = &entry[row[p].begin], *const e_end = &entry[row[p + 1].begin];
             double sum = (double)row[p].constant + (double)row[p].keep * old;
-            for (uint32_t k = row[p].begin; k < row[p + 1].begin; ++k)
-                sum += (double)entry[k].coefficient * value[entry[k].slot ^ parity];
+            for (; e + 2 < e_end; e += 3) {
+                sum += (double)e[0].coefficient * value[e[0].slot ^ parity];
+                sum += (double)e[1].coefficient * value[e[1].slot ^ parity];
+                sum += (double)e[2].coefficient * value[e[2].slot ^ parity];
+            }
+            for (; e < e_end; ++e)
+                sum += (double)e->coefficient * value[e->slot ^ parity];
             value[(2 * p) ^ parity] = sum;
             moved += (double)row[p].weight * ((sum - old) * (sum - old));
             size += (double)row[p].weight * (sum * sum);

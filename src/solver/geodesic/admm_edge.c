@@ -7,7 +7,7 @@
 
 #include <string.h>
 
-#define CHECK_EVERY 5 /* iterations between tests for stopping: a test costs nearly half an iteration */
+#define CHECK_EVERY 10 /* iterations between tests for stopping: a test costs nearly half an iteration */
 
 /* hbar along half-edge h: mean of the targets of its two sides. */
 static double average_of(const loxo_geodesic *g, loxo_index h)

@@ -9,7 +9,7 @@
 
 #include <string.h>
 
-#define CHECK_EVERY 5
+#define CHECK_EVERY 10
 
 static loxo_vec3 halfedge_vector(const loxo_geodesic *g, loxo_index h)
 {

@@ -176,7 +176,7 @@ static int64_t march_advance(void *arg)
         const unit last = s->units[s->n_units - 1];
         if (last.act == ACT_FINISH && last.level == s->g->n_levels - 1) return -1;
     }
-    ++s->time;
+    __atomic_store_n(&s->time, s->time + 1, __ATOMIC_RELAXED); /* the poll looks at it */
     s->n_units = due(s, s->units);
     return cut_units(s->g, s->units, s->n_units, s->chunk_begin);
 }
@@ -275,7 +275,8 @@ static int64_t sweep_advance(void *arg)
             s->unit.act = ACT_LINK_OUTWARD;
         else {
             s->unit.act = ACT_RELAX;
-            if (++s->unit.step >= s->g->settings.n_sweeps) return -1;
+            __atomic_store_n(&s->unit.step, s->unit.step + 1, __ATOMIC_RELAXED); /* the poll looks at it */
+            if (s->unit.step >= s->g->settings.n_sweeps) return -1;
         }
     }
     return (n_blocks(s->g, s->unit.level) + CHUNK_BLOCKS - 1) / CHUNK_BLOCKS;

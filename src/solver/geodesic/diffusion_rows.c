@@ -39,6 +39,8 @@ static bool is_relaxed_before(int64_t begin, int64_t a, int64_t b)
     return odd_a != odd_b ? odd_a < odd_b : a < b;
 }
 
+/* entry[k].slot holds places and kinds here, coefficient the weight; a negative weight tells nothing of the size of the
+ * value and is left out. Sums are kept in units of the scale of the last neighbour that was larger. */
 static inner_sum hear_inner(const loxo_geodesic *g, const k_entry *entry, uint32_t n, int64_t level_begin,
                             unsigned parity)
 {
@@ -46,14 +48,14 @@ static inner_sum hear_inner(const loxo_geodesic *g, const k_entry *entry, uint32
     double weight_sum = 0.0;
     for (uint32_t k = 0; k < n; ++k) {
         const int64_t q = entry[k].slot >> 1;
-        if (q < level_begin && g->scale[q] > s.scale) s.scale = g->scale[q];
-    }
-    for (uint32_t k = 0; k < n; ++k) {
-        const int64_t q = entry[k].slot >> 1;
-        /* A negative weight tells nothing of the size of the value. */
         if (q >= level_begin || !(entry[k].coefficient > 0.0f)) continue;
         const double weight = (double)entry[k].coefficient, value = g->value[(2 * q) ^ (int64_t)parity];
-        s.sum += weight * value * k_power_of_two((int64_t)g->scale[q] - s.scale);
+        const int32_t scale = g->scale[q];
+        if (scale > s.scale) {
+            s.sum *= k_power_of_two((int64_t)s.scale - scale);
+            s.scale = scale;
+        }
+        s.sum += weight * value * k_power_of_two((int64_t)scale - s.scale);
         s.gain += weight * (value / (double)g->first[q]);
         weight_sum += weight;
     }

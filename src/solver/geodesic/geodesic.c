@@ -81,39 +81,32 @@ static void lay_out(loxo_geodesic *g)
     g->distance = loxo_arena_take(a, n, sizeof *g->distance);
 }
 
-/* sums: edge lengths, edges, boundary edges. */
-static void partial_edges(int64_t begin, int64_t end, const void *arg, double *sums)
-{
-    const loxo_mesh_view *m = arg;
-    for (int64_t h = begin; h < end; ++h) {
-        const loxo_index t = m->halfedge_twin[h];
-        if (t >= 0 && t < h) continue;
-        const loxo_vec3 a = k_position(m, m->halfedge_vertex[h]), b = k_position(m, k_head(m, (loxo_index)h));
-        sums[0] += v3_norm(v3_sub(b, a));
-        sums[1] += 1.0;
-        sums[2] += t < 0 ? 1.0 : 0.0;
-    }
-}
-
-static void partial_area(int64_t begin, int64_t end, const void *arg, double *sums)
+/* Faces begin..end-1, an edge at the lower of its two half-edges. sums: edge lengths, edges, boundary edges, area. */
+static void partial_measures(int64_t begin, int64_t end, const void *arg, double *sums)
 {
     const loxo_mesh_view *m = arg;
     for (int64_t f = begin; f < end; ++f) {
-        const loxo_vec3 a = k_position(m, m->halfedge_vertex[3 * f]);
-        const loxo_vec3 b = k_position(m, m->halfedge_vertex[3 * f + 1]);
-        const loxo_vec3 c = k_position(m, m->halfedge_vertex[3 * f + 2]);
-        sums[0] += 0.5 * v3_norm(v3_cross(v3_sub(b, a), v3_sub(c, a)));
+        const loxo_index *v = &m->halfedge_vertex[3 * f], *twin = &m->halfedge_twin[3 * f];
+        const loxo_vec3 a = k_position(m, v[0]), b = k_position(m, v[1]), c = k_position(m, v[2]);
+        const loxo_vec3 edge[3] = {v3_sub(b, a), v3_sub(c, b), v3_sub(a, c)};
+        for (int k = 0; k < 3; ++k) {
+            if (twin[k] >= 0 && twin[k] < 3 * f + k) continue;
+            sums[0] += v3_norm(edge[k]);
+            sums[1] += 1.0;
+            sums[2] += twin[k] < 0 ? 1.0 : 0.0;
+        }
+        sums[3] += 0.5 * v3_norm(v3_cross(edge[0], edge[2]));
     }
 }
 
 static loxo_status measure_mesh(loxo_geodesic *g)
 {
-    double edges[3], area;
-    loxo_status status = loxo_sum(g->ctx, 3 * g->m.n_faces, 3, partial_edges, &g->m, edges);
+    double sums[4];
+    const loxo_status status = loxo_sum(g->ctx, g->m.n_faces, 4, partial_measures, &g->m, sums);
     if (status < 0) return status;
-    if ((status = loxo_sum(g->ctx, g->m.n_faces, 1, partial_area, &g->m, &area)) < 0) return status;
-    g->mean_edge_length = edges[0] / edges[1];
-    g->n_boundary_edges = (int64_t)edges[2];
+    const double area = sums[3];
+    g->mean_edge_length = sums[0] / sums[1];
+    g->n_boundary_edges = (int64_t)sums[2];
     g->area = area;
     g->time = g->settings.time_factor * g->mean_edge_length * g->mean_edge_length;
     if (!(area > 0.0) || !isfinite(area) || !(g->time > 0.0) || !isfinite(g->time))

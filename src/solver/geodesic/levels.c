@@ -5,6 +5,7 @@
 
 #define PREFETCH_VERTEX   24 /* places ahead */
 #define PREFETCH_HALFEDGE 12
+#define PREFETCH_FACES    6
 
 static inline void meet(loxo_geodesic *g, loxo_index neighbour, loxo_index halfedge, int64_t *tail)
 {
@@ -45,6 +46,14 @@ static inline void prefetch(const loxo_geodesic *g, int64_t place, int64_t tail)
         const int64_t h = g->m.vertex_halfedge[g->order[place + PREFETCH_HALFEDGE]];
         __builtin_prefetch(&g->m.halfedge_vertex[h]);
         __builtin_prefetch(&g->m.halfedge_twin[h]);
+    }
+    if (place + PREFETCH_FACES < tail) { /* the faces on both sides of the first one around the vertex */
+        const loxo_index h = g->m.vertex_halfedge[g->order[place + PREFETCH_FACES]];
+        const loxo_index left = g->m.halfedge_twin[k_previous(h)], right = g->m.halfedge_twin[h];
+        __builtin_prefetch(&g->m.halfedge_vertex[left < 0 ? h : left]);
+        __builtin_prefetch(&g->m.halfedge_twin[left < 0 ? h : left]);
+        __builtin_prefetch(&g->m.halfedge_vertex[right < 0 ? h : right]);
+        __builtin_prefetch(&g->m.halfedge_twin[right < 0 ? h : right]);
     }
 }
 
