@@ -86,8 +86,8 @@ loxo_status cli_run_begin(cli_run *run, const cli_command *command, const cli_co
 
 /* ---- failures ------------------------------------------------------------------------------------------------ */
 
-static void set_failure(cli_run *run, loxo_status status, const char *file, int64_t line, const char *format,
-                        va_list args)
+static __attribute__((format(printf, 5, 0))) void set_failure(cli_run *run, loxo_status status, const char *file,
+                                                              int64_t line, const char *format, va_list args)
 {
     run->failure = (loxo_failure){.status = status, .line = line, .byte = -1, .element = -1};
     (void)snprintf(run->failure.file, sizeof run->failure.file, "%s", file);

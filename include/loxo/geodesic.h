@@ -85,7 +85,7 @@ typedef struct loxo_geodesic_info {
     int64_t n_constraints;      /* cycles and paths */
     double constraint_residual; /* largest |line integral| over its chain's length at the end */
     /* the check of the answer */
-    int64_t n_unreached; /* vertices at infinity: other components, unreferenced ones */
+    int64_t n_unreached;        /* vertices at infinity: other components, unreferenced ones */
     int64_t n_nonpositive_heat; /* vertices whose heat was not positive (negative cotangent weights) */
     double breach_percentile_50, breach_percentile_90, breach_percentile_99, breach_max;
     double gradient_share; /* share of the reached area where | |grad d| - 1 | > 0.1 */
