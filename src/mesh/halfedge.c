@@ -206,8 +206,8 @@ typedef uint16_t rank;
 #else
 typedef uint32_t rank;
 #endif
-#define RANK_INNER ((rank)(~(rank)0 / 2 + 1))
 #define RANK_NONE  ((rank) ~(rank)0)
+#define RANK_INNER ((rank)(RANK_NONE / 2 + 1)) /* of a rank: ~ of 16 bits is an int, and negative */
 
 static void lower_rank(loxo_index *place, rank mine)
 {
