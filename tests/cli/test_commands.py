@@ -6,7 +6,7 @@ import math
 import os
 import struct
 
-from harness import (IS_SANITIZED, SHARED, Skip, files, loxo, main, needs, needs_big_ids, npy, octahedron, off, read, sphere,
+from harness import (IS_SANITIZED, SHARED, Skip, files, fitting, loxo, main, needs, needs_big_ids, npy, octahedron, off, read, sphere,
                      test, three_at_an_edge, write)
 
 
@@ -152,7 +152,8 @@ def generate_with_exact_distances():
 
 @test
 def geodesic_on_a_sphere():
-    loxo("generate", "icosphere", "--vertices", "10000", "-o", "s.ply", "--exact-from", "0", "exact.npy").is_code(0)
+    loxo("generate", "icosphere", "--vertices", fitting(10000), "-o", "s.ply", "--exact-from", "0",
+         "exact.npy").is_code(0)
     for method in ("edge", "face"):
         r = loxo("geodesic", "s.ply", "-s", "0", "--method", method, "-o", "d.npy", "--exact", "exact.npy", "--json",
                  "r.json").is_code(0)
@@ -323,6 +324,7 @@ def measure_of_itself_is_zero():
 def real_meshes_where_they_are():
     if not os.path.isdir(os.path.join(SHARED, "meshes", "surfaces")):
         return  # the folder is no part of the project
+    needs_big_ids()
     kitten = os.path.join(SHARED, "meshes", "surfaces", "kitten10k.ply")
     exact = os.path.join(SHARED, "meshes", "exact", "kitten_from0.npy")
     r = loxo("geodesic", kitten, "-s", "0", "--exact", exact, "--json", "-").is_code(0)

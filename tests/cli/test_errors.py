@@ -9,7 +9,7 @@ import struct
 import subprocess
 import time
 
-from harness import (LOXO, Skip, environment, files, has_small_ids, loxo, main, moebius, needs, off, octahedron, read,
+from harness import (LOXO, Skip, environment, files, fitting, loxo, main, moebius, needs, off, octahedron, read,
                      sphere, test, tetrahedron, three_at_an_edge, write)
 
 UNTOUCHED = b"what was there before"
@@ -139,11 +139,12 @@ def code_6_is_mended_on_request():
 
 @test
 def code_7_memory():
-    n = 20000 if has_small_ids() else 200000
+    n = fitting(200000)
+    little = "1M" if n > 100000 else "64K"
     mesh = sphere("big.ply", n)
     before = time.monotonic()
-    loxo("geodesic", mesh, "-s", "0", "--max-memory", "1M", "-o", "d.npy").fails(7, r"bytes|memory")
-    loxo("info", mesh, "--max-memory", "1M").fails(7, r"bytes|memory")
+    loxo("geodesic", mesh, "-s", "0", "--max-memory", little, "-o", "d.npy").fails(7, r"bytes|memory")
+    loxo("info", mesh, "--max-memory", little).fails(7, r"bytes|memory")
     assert time.monotonic() - before < 20  # at once; far less than the work would take under a sanitizer
     loxo("geodesic", mesh, "-s", "0", "--max-memory", f"{n // 12}K", "-o", "d.npy").is_code(7)
     assert files() == [mesh]
@@ -189,10 +190,10 @@ def code_9_disk_full():
     """A limit on the size of files stands for the full disk."""
     mesh = sphere("s.ply", 20000)
     write("d.ply", UNTOUCHED)
-    limit = lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (100000, 100000))
+    limit = lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (30000, 30000))
     loxo("convert", mesh, "-o", "d.ply", preexec=limit).fails(9, r"^d\.ply: error: cannot write")
     loxo("geodesic", mesh, "-s", "0", "-o", "d.npy", preexec=limit).fails(9, r"^d\.npy: error: cannot write")
-    loxo("generate", "grid", "--vertices", "20000", "-o", "g.ply", preexec=limit).fails(9, r"^g\.ply: error: ")
+    loxo("generate", "grid", "--vertices", fitting(20000), "-o", "g.ply", preexec=limit).fails(9, r"^g\.ply: error: ")
     assert read("d.ply") == UNTOUCHED
     assert files() == ["d.ply", mesh]
 

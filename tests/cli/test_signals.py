@@ -7,7 +7,7 @@ import signal
 import subprocess
 import time
 
-from harness import (LOXO, end, environment, files, has_small_ids, loxo, main, needs_big_ids, npy, read, sphere, start,
+from harness import (LOXO, end, environment, files, fitting, loxo, main, needs_big_ids, npy, read, sphere, start,
                      test, write)
 
 # Far more sweeps than anyone waits for: the solve goes on until it is stopped.
@@ -16,7 +16,7 @@ UNTOUCHED = b"what was there before"
 
 
 def mesh_and_run(*more):
-    mesh = sphere("s.ply", 10000 if has_small_ids() else 40000)
+    mesh = sphere("s.ply", 40000)
     return start("geodesic", mesh, "-s", "0", *ENDLESS, *more)
 
 
@@ -176,7 +176,7 @@ def closed_pipe_is_quiet():
     mesh = sphere("s.ply", 20000)  # the output is larger than a pipe holds
     for words in (["convert", mesh, "-o", "-", "--format", "ply"], ["convert", mesh, "-o", "-", "--format", "obj"],
                   ["geodesic", mesh, "-s", "0", "-o", "-", "--format", "csv"],
-                  ["generate", "grid", "--vertices", "20000", "-o", "-", "--format", "ply"]):
+                  ["generate", "grid", "--vertices", str(fitting(20000)), "-o", "-", "--format", "ply"]):
         code, err = into_closed_pipe(*words, "--quiet")
         assert code in (141, -signal.SIGPIPE), (words, code, err)
         assert err == b"", (words, err)
