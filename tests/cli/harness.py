@@ -19,7 +19,7 @@ LOXO = os.path.abspath(sys.argv[1])
 SHARED = os.path.abspath(sys.argv[2]) if len(sys.argv) > 2 else ""
 TIMEOUT_S = 240
 with open(LOXO, "rb") as _program:
-    IS_SANITIZED = b"__asan_init" in _program.read()
+    IS_SANITIZED = re.search(rb"__[at]san_init", _program.read()) is not None
 
 _tests = []
 
@@ -70,7 +70,7 @@ class Result:
 
 
 def environment(**changes):
-    env = {k: v for k, v in os.environ.items() if not k.startswith(("OMP_", "LC_", "LANG"))}
+    env = {k: v for k, v in os.environ.items() if not k.startswith(("OMP_NUM_THREADS", "LC_", "LANG"))}
     env.setdefault("ASAN_OPTIONS", "detect_leaks=1")
     env.update(changes)
     return env
