@@ -266,9 +266,33 @@ typedef struct sweeping {
     unit unit;
 } sweeping;
 
+/* Sweeps take in all levels before they relax any: ways of different decay meet with values hundreds of octaves apart,
+ * and the ratios of scales that follow values so far would not fit the coefficients, which are floats. */
+static void even_out_scales(loxo_geodesic *g, int64_t level)
+{
+    const int64_t begin = g->level_begin[level], end = g->level_begin[level + 1];
+    int32_t most = g->scale[begin];
+    for (int64_t p = begin; p < end; ++p)
+        if (g->scale[p] > most) most = g->scale[p];
+    for (int64_t p = begin; p < end; ++p) {
+        const int32_t raise = most - OCTAVES_APART - g->scale[p];
+        if (raise <= 0) continue;
+        const double factor = k_power_of_two(-(int64_t)raise);
+        g->scale[p] += raise;
+        g->value[2 * p] *= factor;
+        g->value[2 * p + 1] *= factor;
+        g->first[p] = (float)((double)g->first[p] * factor);
+        g->row[p].constant = (float)((double)g->row[p].constant * factor);
+        for (uint32_t k = g->row[p].begin; k < g->row[p + 1].begin; ++k) /* the others are not linked yet */
+            if ((int64_t)(g->entry[k].slot >> 1) < begin)
+                g->entry[k].coefficient = (float)((double)g->entry[k].coefficient * factor);
+    }
+}
+
 static int64_t sweep_advance(void *arg)
 {
     sweeping *s = arg;
+    if (s->unit.act == ACT_BUILD_PLAIN && s->unit.level >= 0) even_out_scales(s->g, s->unit.level);
     if (++s->unit.level == s->g->n_levels) {
         s->unit.level = 0;
         if (s->unit.act == ACT_BUILD_PLAIN)

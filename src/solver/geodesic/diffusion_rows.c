@@ -118,9 +118,10 @@ static void build_row(loxo_geodesic *g, int64_t level, int64_t place, int64_t bl
         }
     }
     const double first = inner.sum / diagonal;
-    const int32_t shift = k_exponent(first);
+    int32_t shift = k_exponent(first);
+    if (is_plain && shift < -OCTAVES_APART) shift = -OCTAVES_APART; /* see geodesic_sweep */
     const double omega = is_plain ? 1.0 : relaxation(inner.gain, area, diagonal, crossing * time / diagonal);
-    const double mantissa = first * k_power_of_two(-(int64_t)shift); /* in [1, 2) */
+    const double mantissa = first * k_power_of_two(-(int64_t)shift); /* in [1, 2), or less */
     const double value = is_plain ? mantissa : mantissa * inner.gain;
     g->scale[place] = inner.scale + shift;
     g->first[place] = (float)mantissa;

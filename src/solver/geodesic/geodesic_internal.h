@@ -15,6 +15,8 @@
 /* Rows of a level are relaxed in blocks of so many; neighbours in other blocks of the level count with their value of
  * the step before. Part of the answer: another number gives other bits. */
 #define BLOCK_ROWS 64
+/* Of LOXO_DIFFUSION_SWEEPS: scales of a level, and of a vertex and its inner neighbours, are at most so far apart. */
+#define OCTAVES_APART 32
 
 /* Arrays in breadth-first order stand at index p («place»), those of the mesh at v or f or h. */
 struct loxo_geodesic {
