@@ -157,7 +157,7 @@ static void distances(const loxo_soup *soup, loxo_order order, int method, bool 
     settings.diffusion_tolerance = 1e-8;
     if (is_run_long) {
         settings.penalty = 10.0;
-        settings.n_iterations = 3000;
+        settings.n_iterations = 1500;
         settings.primal_tolerance = settings.dual_tolerance = 0.0;
     }
     CHECK_OK(loxo_mesh_create(test_context, &arrays, LOXO_COPY, &mesh_settings, NULL, &mesh));
@@ -165,7 +165,7 @@ static void distances(const loxo_soup *soup, loxo_order order, int method, bool 
     loxo_mesh_destroy(mesh);
 }
 
-static const loxo_index two[] = {7, 900};
+static const loxo_index two[] = {7, 300};
 
 TEST(place_and_size_do_not_matter)
 {
@@ -207,7 +207,7 @@ TEST(place_and_size_do_not_matter)
 
 TEST(numbering_does_not_matter)
 {
-    loxo_soup soup = soup_make(test_context, LOXO_SHAPE_NOISY, 1500, NAN);
+    loxo_soup soup = soup_make(test_context, LOXO_SHAPE_NOISY, 400, NAN);
     const int64_t n = soup.n_vertices;
     double *distance = loxo_allocate(test_context, 2 * n, sizeof(double));
     double *other = loxo_allocate(test_context, n, sizeof(double));
@@ -239,7 +239,7 @@ TEST(order_in_memory_does_not_matter)
 {
     static const loxo_order orders[] = {LOXO_ORDER_MORTON, LOXO_ORDER_HILBERT, LOXO_ORDER_BFS, LOXO_ORDER_METIS,
                                         LOXO_ORDER_METIS_ND};
-    loxo_soup soup = soup_make(test_context, LOXO_SHAPE_NOISY, 1500, NAN);
+    loxo_soup soup = soup_make(test_context, LOXO_SHAPE_NOISY, 400, NAN);
     const int64_t n = soup.n_vertices;
     double *distance = loxo_allocate(test_context, n, sizeof(double));
     double *other = loxo_allocate(test_context, n, sizeof(double));

@@ -191,6 +191,27 @@ TEST(many_sweeps_reach_the_direct_solve)
     surface_destroy(&s);
 }
 
+/* Around the ring heat comes by ways of very different decay, and the first sweep sees each alone: what it then keeps
+ * apart by hundreds of octaves the others bring together. */
+TEST(sweeps_bring_together_what_came_by_different_ways)
+{
+    NEEDS_IDS(6 * 20000);
+    surface s = surface_make(test_context, LOXO_SHAPE_TORUS, 20000, NAN);
+    loxo_geodesic_settings settings = unjudged_settings(LOXO_GEODESIC_EDGE);
+    heat swept = heat_allocate(&s), marched = heat_allocate(&s);
+    settings.diffusion_tolerance = 1e-5;
+    solve_heat(&s, &settings, (const loxo_index[]){0}, 1, &marched);
+    settings.diffusion = LOXO_DIFFUSION_SWEEPS;
+    settings.n_sweeps = 1000;
+    solve_heat(&s, &settings, (const loxo_index[]){0}, 1, &swept);
+    const double error = error_between(&s, &swept, &marched);
+    print_message("torus, 1000 sweeps against marching: %.1e\n", error);
+    CHECK(error < 1e-4);
+    heat_release(&swept);
+    heat_release(&marched);
+    surface_destroy(&s);
+}
+
 /* The heat falls by some 2^-25,000 along it; a double ends at 2^-1074. */
 TEST(no_underflow_on_a_strip_of_20000_edges)
 {
