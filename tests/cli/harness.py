@@ -83,10 +83,16 @@ def loxo(*argv, stdin=b"", env=None, preexec=None):
     return Result(argv, p.returncode, p.stdout, p.stderr)
 
 
+def signals_as_in_a_terminal():
+    """Whatever this process inherited: background jobs ignore SIGINT, nohup SIGHUP."""
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, signal.SIG_DFL)
+
+
 def start(*argv):
-    """A run to be disturbed; SIGINT is as in a terminal, whatever this process inherited."""
+    """A run to be disturbed."""
     return subprocess.Popen([LOXO, *[str(a) for a in argv]], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-                            env=environment(), preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL))
+                            env=environment(), preexec_fn=signals_as_in_a_terminal)
 
 
 def end(process, argv=()):
