@@ -115,7 +115,6 @@ loxo_status geodesic_check(loxo_geodesic *g, loxo_geodesic_info *info)
     for (int64_t p = 0; p < g->n_reached; ++p)
         if (g->value[2 * p + 1] > farthest) farthest = g->value[2 * p + 1];
     info->distance_max = farthest;
-    info->n_unreached = g->m.n_vertices - g->n_reached;
     info->breach_percentile_50 = percentile(&total, 0.50);
     info->breach_percentile_90 = percentile(&total, 0.90);
     info->breach_percentile_99 = percentile(&total, 0.99);

@@ -162,6 +162,30 @@ static int compare_indices(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
+/* A repair may have split a source's vertex: heat starts from all its copies. list is replaced by a longer one. */
+static loxo_status add_copies(const loxo_geodesic *g, loxo_index **list, int64_t *n_list)
+{
+    const int64_t n = g->m.n_vertices;
+    int64_t n_all = 0;
+    if (g->mesh->caller_to_mesh == NULL || g->m.vertex_origin == NULL) return LOXO_OK;
+    bool *is_source = loxo_allocate_zero(g->ctx, loxo_mesh_n_vertices(g->mesh), sizeof *is_source);
+    loxo_index *all = loxo_allocate(g->ctx, n, sizeof *all);
+    if (is_source == NULL || all == NULL) {
+        loxo_release(g->ctx, all);
+        loxo_release(g->ctx, is_source);
+        return LOXO_ERR_MEMORY;
+    }
+    for (int64_t i = 0; i < *n_list; ++i)
+        is_source[g->m.vertex_origin[(*list)[i]]] = true;
+    for (int64_t v = 0; v < n; ++v)
+        if (is_source[g->m.vertex_origin[v]] && g->m.vertex_halfedge[v] >= 0) all[n_all++] = (loxo_index)v;
+    loxo_release(g->ctx, is_source);
+    loxo_release(g->ctx, *list);
+    *list = all;
+    *n_list = n_all;
+    return LOXO_OK;
+}
+
 /* The mesh's numbers of the sources, ascending, without repeats; a new array of *n_own in *own. */
 static loxo_status take_sources(loxo_geodesic *g, const loxo_index *sources, int64_t n_sources, loxo_index **own,
                                 int64_t *n_own)
@@ -183,6 +207,7 @@ static loxo_status take_sources(loxo_geodesic *g, const loxo_index *sources, int
         status = loxo_fail_at(g->ctx, LOXO_ERR_MESH, place, "geodesic: source %" PRId64 " belongs to no face",
                               (int64_t)sources[i]);
     }
+    if (status >= 0) status = add_copies(g, &list, &n_sources);
     if (status < 0) {
         loxo_release(g->ctx, list);
         return status;
@@ -322,6 +347,8 @@ static loxo_status solve(loxo_geodesic *g, const loxo_index *sources, int64_t n_
     if ((status = geodesic_check(g, info)) < 0) return status;
     geodesic_clock(g, LOXO_GEODESIC_PHASE_CHECK, info);
     loxo_mesh_scatter_to_caller(g->mesh, g->distance, distance);
+    for (int64_t v = 0; v < loxo_mesh_n_vertices(g->mesh); ++v)
+        info->n_unreached += isfinite(distance[v]) ? 0 : 1;
     geodesic_clock(g, LOXO_GEODESIC_PHASE_INTEGRATE, info);
 
     info->n_evaluations = diffusion.n_updates;
