@@ -191,20 +191,26 @@ static void stop_count(parsing *p, size_t n_found, size_t n_wanted, const char *
                          n_found > n_wanted ? "more than " : "", n_found > n_wanted ? n_wanted : n_found));
 }
 
+/* Room for n more bytes. */
+static bool reserve_data(parsing *p, size_t n)
+{
+    size_t wanted = p->capacity + p->capacity / 2;
+    if (n <= p->capacity - p->n_data) return true;
+    if (wanted < p->n_data + n) wanted = p->n_data + n;
+    if (wanted < FEED_BYTES) wanted = FEED_BYTES;
+    uint8_t *grown = loxo_reallocate(p->ctx, p->data, (int64_t)wanted, 1);
+    if (grown == NULL) {
+        stop(p, LOXO_ERR_MEMORY);
+        return false;
+    }
+    p->data = grown;
+    p->capacity = wanted;
+    return true;
+}
+
 static void append_data(parsing *p, const char *text, size_t n)
 {
-    if (n > p->capacity - p->n_data) {
-        size_t wanted = p->capacity + p->capacity / 2;
-        if (wanted < p->n_data + n) wanted = p->n_data + n;
-        if (wanted < FEED_BYTES) wanted = FEED_BYTES;
-        uint8_t *grown = loxo_reallocate(p->ctx, p->data, (int64_t)wanted, 1);
-        if (grown == NULL) {
-            stop(p, LOXO_ERR_MEMORY);
-            return;
-        }
-        p->data = grown;
-        p->capacity = wanted;
-    }
+    if (!reserve_data(p, n)) return;
     memcpy(p->data + p->n_data, text, n);
     p->n_data += n;
 }
@@ -346,6 +352,7 @@ static void XMLCALL on_start(void *user, const char *element, const char **attri
         p->has_data = true;
         p->in_data = true;
         p->n_data = 0;
+        if (p->is_wanted) reserve_data(p, 1); /* a pointer even where no text follows */
     } else if (p->depth == 5 && p->in_array && p->is_wanted) {
         p->text = strcmp(element, "Name") == 0 ? p->key : strcmp(element, "Value") == 0 ? p->value : NULL;
         p->n_text = 0;
