@@ -1,0 +1,293 @@
+/* SPDX-License-Identifier: MIT
+ * The edges of what can be asked: sources, tiny and bad meshes, several pieces, settings out of range. Each has a
+ * defined answer or a clear error. */
+#include "surfaces.h"
+
+#include <loxo/geodesic.h>
+
+static loxo_geodesic_settings settings_of(int method)
+{
+    loxo_geodesic_settings settings = loxo_geodesic_settings_default();
+    settings.method = (loxo_geodesic_method)method;
+    return settings;
+}
+
+static const loxo_failure *failure(void) { return loxo_context_failure(test_context); }
+
+TEST(sources_that_are_none)
+{
+    surface s = surface_make(test_context, LOXO_SHAPE_ICOSPHERE, 162, NAN);
+    const loxo_index n = (loxo_index)s.soup.n_vertices, below[] = {3, -1}, above[] = {n};
+    double *distance = surface_numbers(&s);
+    loxo_geodesic_info info;
+    loxo_geodesic *g;
+    distance[0] = -7.0;
+    CHECK_OK(loxo_geodesic_create(test_context, s.mesh, NULL, &g));
+    CHECK_STATUS(test_context, loxo_geodesic_solve(g, below, 0, distance, &info), LOXO_ERR_ARGUMENT);
+    CHECK_STATUS(test_context, loxo_geodesic_solve(g, NULL, 1, distance, &info), LOXO_ERR_ARGUMENT);
+    CHECK_STATUS(test_context, loxo_geodesic_solve(g, below, -1, distance, &info), LOXO_ERR_ARGUMENT);
+    CHECK_STATUS(test_context, loxo_geodesic_solve(g, below, 2, distance, &info), LOXO_ERR_ARGUMENT);
+    CHECK_EQUAL(failure()->element, -1);
+    CHECK(strstr(failure()->text, "source -1 is not in 0..161") != NULL);
+    CHECK_STATUS(test_context, loxo_geodesic_solve(g, above, 1, distance, &info), LOXO_ERR_ARGUMENT);
+    CHECK_EQUAL(failure()->element, n);
+    CHECK_STATUS(test_context, loxo_geodesic_solve(g, below, 1, NULL, &info), LOXO_ERR_ARGUMENT);
+    CHECK_STATUS(test_context, loxo_geodesic_solve(NULL, below, 1, distance, &info), LOXO_ERR_ARGUMENT);
+    CHECK_EQUAL(distance[0], -7.0);                             /* untouched */
+    CHECK_OK(loxo_geodesic_solve(g, below, 1, distance, NULL)); /* and the object still works */
+    CHECK_EQUAL(distance[3], 0.0);
+    loxo_geodesic_destroy(g);
+    loxo_geodesic_destroy(NULL);
+    loxo_release(test_context, distance);
+    surface_destroy(&s);
+}
+
+TEST(repeated_and_shuffled_sources_are_a_set)
+{
+    static const loxo_index as_set[] = {5, 100, 161}, as_given[] = {161, 5, 5, 100, 161, 5};
+    surface s = surface_make(test_context, LOXO_SHAPE_ICOSPHERE, 162, NAN);
+    double *distance = surface_numbers(&s), *other = surface_numbers(&s);
+    for (int method = 0; method < 2; ++method) {
+        const loxo_geodesic_settings settings = settings_of(method);
+        loxo_geodesic_info info;
+        CHECK_OK(loxo_geodesic_distance(test_context, s.mesh, &settings, as_set, 3, distance, NULL));
+        CHECK_OK(loxo_geodesic_distance(test_context, s.mesh, &settings, as_given, 6, other, &info));
+        CHECK_EQUAL(info.n_sources, 3);
+        CHECK(memcmp(distance, other, (size_t)s.soup.n_vertices * sizeof *distance) == 0);
+    }
+    loxo_release(test_context, distance);
+    loxo_release(test_context, other);
+    surface_destroy(&s);
+}
+
+TEST(a_thousand_sources_and_all_vertices)
+{
+    surface s = surface_make(test_context, LOXO_SHAPE_TORUS, 4000, NAN);
+    const int64_t n = s.soup.n_vertices;
+    double *distance = surface_numbers(&s);
+    loxo_index *sources = loxo_allocate(test_context, n, sizeof *sources);
+    for (int method = 0; method < 2; ++method) {
+        const loxo_geodesic_settings settings = unjudged_settings((loxo_geodesic_method)method);
+        loxo_geodesic_info info;
+        for (int64_t i = 0; i < 1000; ++i)
+            sources[i] = (loxo_index)(i * (n / 1000));
+        CHECK_OK(loxo_geodesic_distance(test_context, s.mesh, &settings, sources, 1000, distance, &info));
+        CHECK_EQUAL(info.n_sources, 1000);
+        for (int64_t i = 0; i < 1000; ++i)
+            CHECK_EQUAL(distance[sources[i]], 0.0);
+        for (int64_t v = 0; v < n; ++v)
+            CHECK(isfinite(distance[v]) && distance[v] < 4.0 * info.mean_edge_length);
+        for (int64_t v = 0; v < n; ++v)
+            sources[v] = (loxo_index)v;
+        CHECK_OK(loxo_geodesic_distance(test_context, s.mesh, &settings, sources, n, distance, &info));
+        CHECK_EQUAL(info.n_levels, 1);
+        for (int64_t v = 0; v < n; ++v)
+            CHECK_EQUAL(distance[v], 0.0);
+    }
+    loxo_release(test_context, distance);
+    loxo_release(test_context, sources);
+    surface_destroy(&s);
+}
+
+/* Two tetrahedra and a vertex of neither. */
+TEST(other_pieces_are_infinitely_far)
+{
+    static const double position[] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 9, 9, 9, 5, 0, 0, 6, 0, 0, 5, 1, 0, 5, 0, 1};
+    static const loxo_index triangle[] = {0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3, 5, 7, 6, 5, 6, 8, 5, 8, 7, 6, 7, 8};
+    surface s = surface_small(test_context, 9, position, 8, triangle);
+    double distance[9];
+    for (int method = 0; method < 2; ++method) {
+        const loxo_geodesic_settings settings = unjudged_settings((loxo_geodesic_method)method);
+        static const loxo_index one[] = {0}, two[] = {0, 6}, loose[] = {1, 4};
+        loxo_geodesic_info info;
+        loxo_context_clear(test_context);
+        CHECK_OK(loxo_geodesic_distance(test_context, s.mesh, &settings, one, 1, distance, &info));
+        for (int v = 0; v < 9; ++v)
+            CHECK(v < 4 ? isfinite(distance[v]) : distance[v] == HUGE_VAL);
+        CHECK_EQUAL(info.n_unreached, 5);
+        CHECK_EQUAL(loxo_context_n_warnings(test_context), 1);
+        CHECK_EQUAL(loxo_context_warning(test_context, 0)->count, 5);
+        CHECK(strstr(loxo_context_warning(test_context, 0)->text, "5 vertices cannot be reached") != NULL);
+
+        CHECK_OK(loxo_geodesic_distance(test_context, s.mesh, &settings, two, 2, distance, &info));
+        CHECK_EQUAL(info.n_unreached, 1);
+        for (int v = 0; v < 9; ++v)
+            CHECK(v != 4 ? isfinite(distance[v]) : distance[v] == HUGE_VAL);
+        CHECK_EQUAL(distance[0], 0.0);
+        CHECK_EQUAL(distance[6], 0.0);
+
+        distance[0] = -7.0;
+        CHECK_STATUS(test_context, loxo_geodesic_distance(test_context, s.mesh, &settings, loose, 2, distance, &info),
+                     LOXO_ERR_MESH);
+        CHECK_EQUAL(failure()->element, 4);
+        CHECK_EQUAL(distance[0], -7.0);
+    }
+    surface_destroy(&s);
+}
+
+/* Distances from vertex 0 are finite, 0 there, and as expected where something is. */
+static void check_small(const char *name, int64_t n_vertices, const double *position, int64_t n_faces,
+                        const loxo_index *triangle, const double *expected, double tolerance)
+{
+    surface s = surface_small(test_context, n_vertices, position, n_faces, triangle);
+    double *distance = surface_numbers(&s);
+    for (int method = 0; method < 2; ++method) {
+        loxo_geodesic_settings settings = unjudged_settings((loxo_geodesic_method)method);
+        loxo_status status;
+        settings.n_iterations = 500;
+        status = loxo_geodesic_distance(test_context, s.mesh, &settings, (const loxo_index[]){0}, 1, distance, NULL);
+        if (expected != NULL) CHECK_STATUS(test_context, status, LOXO_OK);
+        if (status != LOXO_OK) CHECK_STATUS(test_context, status, LOXO_NOT_CONVERGED); /* said, not hidden */
+        for (int64_t v = 0; v < n_vertices; ++v) {
+            print_message("%s, %s, %s: vertex %lld at %.4f\n", name, method_names[method], loxo_status_name(status),
+                          (long long)v, distance[v]);
+            CHECK(isfinite(distance[v]));
+            if (expected != NULL) CHECK_NEAR(distance[v], expected[v], tolerance);
+        }
+        CHECK_EQUAL(distance[0], 0.0);
+    }
+    loxo_release(test_context, distance);
+    surface_destroy(&s);
+}
+
+TEST(single_triangle)
+{
+    static const double position[] = {0, 0, 0, 1, 0, 0, 0.5, 0.8660254037844386, 0}, expected[] = {0, 0.866, 0.866};
+    check_small("triangle", 3, position, 1, (const loxo_index[]){0, 1, 2}, expected, 1e-3); /* along its height */
+}
+
+TEST(two_triangles)
+{
+    static const double position[] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0};
+    static const double expected[] = {0, 0.7071, 0.7071, 1.4142}; /* the heat has one direction, the diagonal */
+    check_small("square", 4, position, 2, (const loxo_index[]){0, 1, 2, 2, 1, 3}, expected, 1e-3);
+}
+
+TEST(faces_without_area_among_good_ones)
+{
+    /* A square whose side 0-2 has a vertex 4 on it, joined by a face on a line. */
+    static const double position[] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0, 0, 0.5, 0};
+    static const loxo_index triangle[] = {0, 1, 2, 2, 1, 3, 0, 2, 4};
+    check_small("flat face", 5, position, 3, triangle, NULL, 0.0);
+    /* Two vertices at one place. */
+    static const double twice[] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0, 0, 1, 0};
+    check_small("double vertex", 5, twice, 3, (const loxo_index[]){0, 1, 2, 4, 2, 1, 4, 1, 3}, NULL, 0.0);
+    /* A source of flat faces alone. */
+    static const double line[] = {0, 0, 0, 1, 0, 0, 2, 0, 0, 1, 1, 0};
+    check_small("flat source", 4, line, 2, (const loxo_index[]){0, 1, 2, 2, 1, 3}, NULL, 0.0);
+}
+
+TEST(degenerate_face_and_a_good_one)
+{
+    static const double position[] = {0, 0, 0, 1, 0, 0, 0, 1, 0};
+    check_small("degenerate", 3, position, 2, (const loxo_index[]){0, 1, 2, 1, 1, 2}, NULL, 0.0);
+    CHECK_EQUAL(loxo_context_n_warnings(test_context), 1);
+}
+
+TEST(slivers)
+{
+    static const double heights[] = {1e-3, 1e-6, 1e-9, 1e-12};
+    for (int i = 0; i < 4; ++i) {
+        const double position[] = {0, 0, 0, 1, heights[i], 0, 2, 0, 0, 1, -heights[i], 0, 1, 1, 0, 1, -1, 0};
+        static const loxo_index triangle[] = {0, 3, 1, 1, 3, 2, 0, 1, 4, 1, 2, 4, 3, 0, 5, 2, 3, 5};
+        check_small("sliver", 6, position, 6, triangle, NULL, 0.0);
+    }
+}
+
+TEST(meshes_without_anything_to_walk_on)
+{
+    static const double same[] = {1, 2, 3, 1, 2, 3, 1, 2, 3}, tiny[] = {0, 0, 0, 1e-200, 0, 0, 0, 1e-200, 0},
+                        huge[] = {0, 0, 0, 1e200, 0, 0, 0, 1e200, 0};
+    static const double *const positions[] = {same, tiny, huge};
+    loxo_geodesic *g;
+    for (int i = 0; i < 3; ++i) {
+        surface s = surface_small(test_context, 3, positions[i], 1, (const loxo_index[]){0, 1, 2});
+        CHECK_STATUS(test_context, loxo_geodesic_create(test_context, s.mesh, NULL, &g), LOXO_ERR_MESH);
+        CHECK(g == NULL);
+        surface_destroy(&s);
+    }
+    surface s = surface_small(test_context, 3, same, 0, (const loxo_index[]){0});
+    CHECK_STATUS(test_context, loxo_geodesic_create(test_context, s.mesh, NULL, &g), LOXO_ERR_MESH);
+    CHECK(strstr(failure()->text, "no faces") != NULL);
+    CHECK_STATUS(test_context, loxo_geodesic_create(test_context, NULL, NULL, &g), LOXO_ERR_ARGUMENT);
+    CHECK_STATUS(test_context, loxo_geodesic_create(test_context, s.mesh, NULL, NULL), LOXO_ERR_ARGUMENT);
+    CHECK_STATUS(NULL, loxo_geodesic_create(NULL, s.mesh, NULL, &g), LOXO_ERR_ARGUMENT);
+    surface_destroy(&s);
+}
+
+static void check_refused(const surface *s, const loxo_geodesic_settings *settings, const char *name)
+{
+    loxo_geodesic *g;
+    loxo_context_clear(test_context);
+    CHECK_STATUS(test_context, loxo_geodesic_create(test_context, s->mesh, settings, &g), LOXO_ERR_ARGUMENT);
+    CHECK(g == NULL);
+    if (strstr(failure()->text, name) == NULL) print_error("%s is not named: %s\n", name, failure()->text);
+    CHECK(strstr(failure()->text, name) != NULL);
+    CHECK_STATUS(test_context, loxo_geodesic_estimate(test_context, 100, 200, settings, NULL, NULL), LOXO_ERR_ARGUMENT);
+}
+
+#define CHECK_REFUSED(field, value, name)                                                                              \
+    do {                                                                                                               \
+        loxo_geodesic_settings settings = loxo_geodesic_settings_default();                                            \
+        settings.field = (value);                                                                                      \
+        check_refused(&s, &settings, name);                                                                            \
+    } while (0)
+
+TEST(settings_out_of_range_are_named)
+{
+    surface s = surface_make(test_context, LOXO_SHAPE_ICOSPHERE, 42, NAN);
+    CHECK_REFUSED(method, (loxo_geodesic_method)2, "method");
+    CHECK_REFUSED(diffusion, (loxo_geodesic_diffusion)7, "diffusion");
+    CHECK_REFUSED(time_factor, 0.0, "time-factor");
+    CHECK_REFUSED(time_factor, -1.0, "time-factor");
+    CHECK_REFUSED(time_factor, nan(""), "time-factor");
+    CHECK_REFUSED(time_factor, HUGE_VAL, "time-factor");
+    CHECK_REFUSED(diffusion_tolerance, 0.0, "diffusion-tolerance");
+    CHECK_REFUSED(diffusion_tolerance, 2.0, "diffusion-tolerance");
+    CHECK_REFUSED(n_sweeps, 0, "sweeps");
+    CHECK_REFUSED(penalty, 0.0, "penalty");
+    CHECK_REFUSED(n_iterations, -1, "iterations");
+    CHECK_REFUSED(primal_tolerance, -1e-9, "primal-tolerance");
+    CHECK_REFUSED(dual_tolerance, nan(""), "dual-tolerance");
+    CHECK_REFUSED(check_gradient_share, 1.5, "check-gradient-share");
+    CHECK_REFUSED(check_breach, -1.0, "check-breach");
+    surface_destroy(&s);
+}
+
+TEST(an_answer_that_breaks_its_check_is_not_silent)
+{
+    surface s = surface_make(test_context, LOXO_SHAPE_NOISY, 642, NAN);
+    double *distance = surface_numbers(&s);
+    for (int method = 0; method < 2; ++method) {
+        loxo_geodesic_settings settings = settings_of(method);
+        loxo_geodesic_info info;
+        settings.check_gradient_share = 0.0;
+        distance[9] = -7.0;
+        CHECK_STATUS(
+            test_context,
+            loxo_geodesic_distance(test_context, s.mesh, &settings, (const loxo_index[]){3}, 1, distance, &info),
+            LOXO_CHECK_FAILED);
+        CHECK(!info.check_passed);
+        CHECK(info.gradient_share > 0.0);
+        CHECK(distance[9] > 0.0); /* it is given all the same */
+        CHECK(strstr(failure()->text, "check") != NULL);
+    }
+    loxo_release(test_context, distance);
+    surface_destroy(&s);
+}
+
+TEST(no_iterations_give_the_directions_as_they_are)
+{
+    surface s = surface_make(test_context, LOXO_SHAPE_ICOSPHERE, 642, NAN);
+    double *distance = surface_numbers(&s);
+    for (int method = 0; method < 2; ++method) {
+        loxo_geodesic_settings settings = unjudged_settings((loxo_geodesic_method)method);
+        loxo_geodesic_info info;
+        settings.n_iterations = 0;
+        CHECK_OK(loxo_geodesic_distance(test_context, s.mesh, &settings, (const loxo_index[]){3}, 1, distance, &info));
+        CHECK_EQUAL(info.n_iterations, 0);
+        CHECK_NEAR(info.distance_max, 3.14159, 0.2);
+    }
+    loxo_release(test_context, distance);
+    surface_destroy(&s);
+}
