@@ -9,12 +9,14 @@ static const char *const method_names[] = {"edge", "face"};
 
 typedef struct growth {
     bench_stat time_ns, bytes; /* a vertex */
+    bench_stat phase_ns[LOXO_GEODESIC_N_PHASES];
 } growth;
 
 static loxo_status measure(bench *b, bench_table *table, int64_t n_wanted, int method, int n_threads, growth *g)
 {
     char mesh[BENCH_PATH], out[BENCH_PATH + 32], text[6][64];
     static const char *const keys[] = {"read_s", "mesh_s", "create_s", "write_s", "total_s"};
+    double phase_ns[LOXO_GEODESIC_N_PHASES][BENCH_MAX_REPEATS];
     double sample[5][BENCH_MAX_REPEATS], solve_s[BENCH_MAX_REPEATS], time_ns[BENCH_MAX_REPEATS],
         bytes[BENCH_MAX_REPEATS], n = 1.0;
     loxo_status status = bench_generate(b, LOXO_SHAPE_BUMPY, n_wanted, mesh);
@@ -28,7 +30,10 @@ static loxo_status measure(bench *b, bench_table *table, int64_t n_wanted, int m
         n = bench_number(result, "n_vertices");
         for (int q = 0; q < 5; ++q)
             sample[q][at] = bench_number(result, keys[q]);
-        solve_s[at] = bench_number(json_array_get(json_object_get(result, "solves"), 0), "solve_s");
+        const json_t *solve = json_array_get(json_object_get(result, "solves"), 0);
+        solve_s[at] = bench_number(solve, "solve_s");
+        for (int p = 0; p < LOXO_GEODESIC_N_PHASES; ++p)
+            phase_ns[p][at] = 1e9 * bench_number(solve, loxo_geodesic_phase_name((loxo_geodesic_phase)p)) / n;
         time_ns[at] = 1e9 * sample[4][at] / n;
         bytes[at] = bench_number(result, "peak_bytes") / n;
         json_decref(result);
@@ -37,6 +42,8 @@ static loxo_status measure(bench *b, bench_table *table, int64_t n_wanted, int m
     const int repeats = b->settings.repeats;
     g->time_ns = bench_stat_of(repeats, time_ns);
     g->bytes = bench_stat_of(repeats, bytes);
+    for (int p = 0; p < LOXO_GEODESIC_N_PHASES; ++p)
+        g->phase_ns[p] = bench_stat_of(repeats, phase_ns[p]);
     for (int q = 0; q < 5; ++q)
         bench_stat_text(bench_stat_of(repeats, sample[q]), 1.0, text[q], sizeof text[q]);
     bench_stat_text(bench_stat_of(repeats, solve_s), 1.0, text[5], sizeof text[5]);
@@ -50,12 +57,24 @@ static loxo_status measure(bench *b, bench_table *table, int64_t n_wanted, int m
     return LOXO_OK;
 }
 
+static void show_phases(bench_table *table, int method, const growth *small, const growth *large)
+{
+    for (int p = 0; p < LOXO_GEODESIC_N_PHASES; ++p) {
+        char a[64], c[64];
+        const bench_stat from = small->phase_ns[p], to = large->phase_ns[p];
+        bench_table_row(table, "%s|%s|%s|%s|%.2f", method_names[method],
+                        loxo_geodesic_phase_name((loxo_geodesic_phase)p), bench_stat_text(from, 1.0, a, sizeof a),
+                        bench_stat_text(to, 1.0, c, sizeof c), to.median / from.median);
+    }
+}
+
 loxo_status bench_scale(bench *b)
 {
-    static bench_table table; /* large */
+    static bench_table table, phases; /* large */
     const int n_threads = b->threads[b->n_threads - 1];
     bench_table_begin(&table, "vertices|method|threads|read, s|half-edges, s|create, s|solve, s|write, s|in all, s|"
                               "ns/vertex|peak B/vertex");
+    bench_table_begin(&phases, "method|phase|smaller, ns/vertex|larger, ns/vertex|growth");
     for (int method = BENCH_EDGE; method <= BENCH_FACE; ++method) {
         growth small, large;
         if (b->settings.method != BENCH_BOTH && b->settings.method != method) continue;
@@ -66,6 +85,7 @@ loxo_status bench_scale(bench *b)
                "1.3\n",
                method_names[method], large.time_ns.median / small.time_ns.median,
                large.bytes.median / small.bytes.median);
+        show_phases(&phases, method, &small, &large);
         bench_record(b, "growth",
                      json_pack("{s:s, s:f, s:f}", "method", method_names[method], "time",
                                large.time_ns.median / small.time_ns.median, "bytes",
@@ -73,6 +93,7 @@ loxo_status bench_scale(bench *b)
     }
     putchar('\n');
     bench_table_print(&table);
+    bench_table_print(&phases);
     puts("The paper, Table 1, 997,635 to 9,884,764 vertices, 8 threads: a vertex costs 1.83 (edge) and 1.91 (face) "
          "times "
          "the time,\n0.90 and 0.89 times the bytes.");
