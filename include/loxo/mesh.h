@@ -43,7 +43,7 @@ LOXO_API loxo_mesh_arrays loxo_soup_arrays(const loxo_soup *soup);
 
 /* ---- check --------------------------------------------------------------------------------------------------- */
 
-/* A kind of fault: how many, and the first offenders in ascending order. */
+/* A kind of fault: how many, and the first offenders, ascending. */
 #define LOXO_N_OFFENDERS 8
 typedef struct loxo_fault {
     int64_t count;
@@ -51,10 +51,14 @@ typedef struct loxo_fault {
     int64_t first[LOXO_N_OFFENDERS]; /* vertex or face numbers */
 } loxo_fault;
 
+/* min and max are exact. The others are the numbers of nearest rank, known to one part in 2^20, the same for any
+ * number of threads. All 0 when there is nothing to count. */
 typedef struct loxo_statistics {
     double min, max, mean, median, percentile_1, percentile_99;
 } loxo_statistics;
 
+/* Degenerate faces count in n_faces and in their fault, and take no part in anything else. Shape is that of faces whose
+ * corners are finite; faces without area have no angles. */
 typedef struct loxo_mesh_report {
     int64_t n_vertices, n_edges, n_faces;
     int64_t n_components; /* pieces of faces that share edges or vertices */
@@ -73,13 +77,13 @@ typedef struct loxo_mesh_report {
     loxo_fault duplicate_faces;  /* the same three vertices as a face of a lower number, either orientation */
     loxo_fault nonfinite_vertices;
     double area;   /* of all faces */
-    double volume; /* signed; 0 for open meshes */
+    double volume; /* signed; 0 for meshes that are open or not oriented */
     double bounding_box[2][3];
     loxo_statistics edge_length;
     loxo_statistics angle_rad;       /* of all corners */
     double share_obtuse;             /* of the faces */
     double share_nondelaunay;        /* of the interior edges: opposite angles sum to more than pi */
-    double share_negative_cotangent; /* of the edges: cot a + cot b < 0 */
+    double share_negative_cotangent; /* of the edges: cot a + cot b < 0, of boundary edges cot a < 0; not by rounding */
     double quality; /* tau of eq. (27), parallel heat paper: mean of 2 sqrt(3) inradius / longest edge */
 } loxo_mesh_report;
 
@@ -118,7 +122,9 @@ LOXO_API loxo_status loxo_soup_repair(loxo_context *ctx, loxo_soup *soup, const 
                                       loxo_index **vertex_origin, loxo_repair_info *info);
 
 /* Midpoint subdivision, one triangle into four, n_times over: the surface and its metric stay the same, old vertices
- * keep their numbers. LOXO_ERR_LIMIT when the ids run out. */
+ * keep their numbers, fields are averaged. Degenerate faces are dropped with a counted warning. LOXO_ERR_LIMIT when the
+ * ids run out, LOXO_ERR_ARGUMENT, LOXO_ERR_MALFORMED: the soup is as it was; LOXO_ERR_MEMORY, LOXO_ERR_STOPPED: it holds
+ * the last subdivision that was finished. */
 LOXO_API loxo_status loxo_soup_subdivide(loxo_context *ctx, loxo_soup *soup, int n_times);
 /* Renumbers vertices and faces at random (seeded); vertex_origin as in loxo_soup_repair, may be NULL. */
 LOXO_API loxo_status loxo_soup_shuffle(loxo_context *ctx, loxo_soup *soup, uint64_t seed, loxo_index **vertex_origin);
@@ -175,10 +181,17 @@ typedef struct loxo_mesh_info {
     double reorder_s, halfedge_s, total_s;
 } loxo_mesh_info;
 
-/* Builds the directed-edge mesh. Degenerate faces are dropped and inconsistently oriented ones turned, with counted
- * warnings; boundaries, several components and unreferenced vertices are legal.
+/* Builds the directed-edge mesh. Degenerate faces are dropped and inconsistently oriented ones turned (in each
+ * component the fewer), with counted warnings; boundaries, several components, unreferenced vertices and no faces at all
+ * are legal and warned of.
  *   arrays     the caller's; LOXO_ADOPT and LOXO_BORROW are for positions and triangles alike; after LOXO_ADOPT they
- *              belong to the mesh (or are freed), also when the call fails
+ *              belong to the mesh (or are freed), also when the call fails. Borrowed arrays are never written: what an
+ *              order or a repair changes is copied
+ *   settings   may be NULL: the defaults
+ * Results per vertex are always given for the caller's vertices. The mesh's own may be others: view.vertex_origin[i] is
+ * the caller's number of vertex i (NULL: the same numbers). After a repair, vertices that were welded share one vertex
+ * of the mesh and one result; of a vertex that was split every copy has that vertex as its origin, and the smallest of
+ * their results is given; a caller's number given to a solver means the first copy.
  *   info       out, may be NULL
  * returns      LOXO_OK; LOXO_REPAIRED (settings->repair changed the surface);
  *              LOXO_ERR_MESH: non-manifold edge or vertex, not orientable (element is the face or vertex);
@@ -192,7 +205,8 @@ LOXO_API void loxo_mesh_destroy(loxo_mesh *mesh);
 LOXO_API int64_t loxo_mesh_n_vertices(const loxo_mesh *mesh); /* of the caller's arrays */
 LOXO_API int64_t loxo_mesh_n_faces(const loxo_mesh *mesh);    /* after degenerate ones were dropped */
 LOXO_API loxo_mesh_view loxo_mesh_get_view(const loxo_mesh *mesh);
-/* The number in the mesh's own order of the caller's vertex, one by one: [n_vertices] out. */
+/* The mesh's own number of every caller's vertex, [loxo_mesh_n_vertices] out: of a welded one that of the vertex it
+ * became, of a split one that of its first copy. LOXO_OK, LOXO_ERR_ARGUMENT (NULL). */
 LOXO_API loxo_status loxo_mesh_vertex_order(const loxo_mesh *mesh, loxo_index *original_to_mesh);
 /* Bytes that loxo_mesh_create will hold and need at its peak. Nothing is allocated. */
 LOXO_API loxo_status loxo_mesh_estimate(int64_t n_vertices, int64_t n_faces, bool is_float,

@@ -77,7 +77,7 @@ loxo_status loxo_mesh_estimate(int64_t n_vertices, int64_t n_faces, bool is_floa
     add_bytes(&mesh, n_faces, 6 * id);           /* halfedge_vertex, halfedge_twin */
     /* Most is held while half-edges are matched: buckets instead of vertex_halfedge, and what the order added. */
     peak = mesh;
-    add_bytes(&peak, n_vertices + 1, sizeof(int64_t));
+    add_bytes(&peak, n_vertices, sizeof(int64_t));
     add_bytes(&peak, n_faces, 3 * id);
     if (s->order != LOXO_ORDER_GIVEN) {
         add_bytes(&peak, n_vertices, id); /* the permutation */

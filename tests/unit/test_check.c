@@ -144,8 +144,8 @@ TEST(faults_are_counted_with_their_first_offenders)
     more.position[10] = -0.0;
     memset(more.triangle, 0, 15 * sizeof(loxo_index));
     shape_append(test_context, &soup, &more);
-    soup.position[3 * 64] = (double)NAN; /* nobody uses 64 in a sound face */
-    loxo_index *t = soup.triangle + 3 * 128;
+    soup.position[(int64_t)3 * 64] = (double)NAN; /* nobody uses 64 in a sound face */
+    loxo_index *t = soup.triangle + (int64_t)3 * 128;
     const loxo_index faces[15] = {64,
                                   64,
                                   64,
@@ -238,11 +238,11 @@ TEST(bad_arguments_and_numbers_out_of_range_are_named)
     a.triangle = NULL;
     CHECK_STATUS(test_context, loxo_mesh_check(test_context, &a, &report), LOXO_ERR_ARGUMENT);
     a = loxo_soup_arrays(&soup);
-    a.position = (const double *)((uintptr_t)a.position + 1);
+    a.position = (const double *)(const void *)((const char *)a.position + 1);
     CHECK_STATUS(test_context, loxo_mesh_check(test_context, &a, &report), LOXO_ERR_ARGUMENT);
     a = loxo_soup_arrays(&soup);
     soup.triangle[3 * 7 + 2] = 8;
-    soup.triangle[3 * 9] = -1;
+    soup.triangle[(int64_t)3 * 9] = -1;
     CHECK_STATUS(test_context, loxo_mesh_check(test_context, &a, &report), LOXO_ERR_MALFORMED);
     CHECK_TEXT(loxo_context_failure(test_context)->text, "face 7: vertex index 8 not in 0..7");
     CHECK_EQUAL(loxo_context_failure(test_context)->element, 7);
@@ -254,14 +254,14 @@ TEST(bad_arguments_and_numbers_out_of_range_are_named)
 TEST(percentiles_agree_with_sorting)
 {
     enum { N = 300 };
-    loxo_soup soup = shape_empty(test_context, 3 * N, N); /* N triangles of random size, apart */
-    double *length = malloc(3 * N * sizeof *length);
-    for (int64_t i = 0; i < 9 * N; ++i)
+    loxo_soup soup = shape_empty(test_context, (int64_t)3 * N, N); /* N triangles of random size, apart */
+    double *length = malloc((int64_t)(size_t)3 * N * sizeof *length);
+    for (int64_t i = 0; i < (int64_t)9 * N; ++i)
         soup.position[i] = exp(8.0 * loxo_random_unit(3, (uint64_t)i));
     for (int i = 0; i < 3 * N; ++i)
         soup.triangle[i] = (loxo_index)i;
     for (int i = 0; i < 3 * N; ++i) {
-        const double *p = &soup.position[3 * i], *q = &soup.position[3 * (i / 3 * 3 + (i + 1) % 3)];
+        const double *p = &soup.position[(int64_t)3 * i], *q = &soup.position[(int64_t)3 * (i / 3 * 3 + (i + 1) % 3)];
         length[i] = sqrt((p[0] - q[0]) * (p[0] - q[0]) + (p[1] - q[1]) * (p[1] - q[1]) + (p[2] - q[2]) * (p[2] - q[2]));
     }
     for (int i = 1; i < 3 * N; ++i) {

@@ -93,7 +93,7 @@ TEST(random_soups_match_as_all_pairs_do)
         const int n_vertices = 4 + (int)(seed % 7), n_faces = 1 + (int)(seed * 3 % 60);
         loxo_soup soup = shape_empty(test_context, n_vertices, n_faces);
         memset(soup.position, 0, (size_t)n_vertices * 3 * sizeof(double));
-        for (int64_t i = 0; i < 3 * n_faces; ++i)
+        for (int64_t i = 0; i < (int64_t)3 * n_faces; ++i)
             soup.triangle[i] = (loxo_index)(loxo_random_u64(seed, (uint64_t)i) % (uint64_t)n_vertices);
         matched m = match(test_context, soup);
         check_against_all_pairs(&m);

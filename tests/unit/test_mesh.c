@@ -133,7 +133,7 @@ TEST(every_order_gives_the_same_surface)
         for (int i = 0; i < 12; ++i)
             ids[i] = (loxo_index)(i == 11 ? 24 * 17 : 7 * i);
         CHECK_OK(loxo_mesh_indices_from_caller(mesh, 12, ids, ids));
-        for (int i = 0; i < 11; ++i)
+        for (int64_t i = 0; i < 11; ++i)
             CHECK_EQUAL(ids[i], to_mesh[7 * i]);
         CHECK_EQUAL(ids[11], -1);
         loxo_mesh_destroy(mesh);
@@ -196,8 +196,8 @@ TEST(float_positions_stay_float)
     const loxo_mesh_view m = loxo_mesh_get_view(mesh);
     CHECK(m.position == NULL && m.position_float != NULL);
     for (int64_t v = 0; v < m.n_vertices; ++v)
-        CHECK(memcmp(m.position_float[v], &soup.position_float[3 * (int64_t)m.vertex_origin[v]], 3 * sizeof(float)) ==
-              0);
+        for (int k = 0; k < 3; ++k)
+            CHECK_EQUAL(m.position_float[v][k], soup.position_float[3 * (int64_t)m.vertex_origin[v] + k]);
     check_view(mesh);
     loxo_mesh_destroy(mesh);
     loxo_soup_destroy(test_context, &soup);
@@ -207,9 +207,9 @@ TEST(harmless_faults_are_mended_with_a_counted_warning)
 {
     loxo_soup soup = shape_torus(test_context, 8, 8);
     loxo_mesh_info info;
-    soup.triangle[3 * 17] = soup.triangle[3 * 17 + 1];
-    const loxo_index b = soup.triangle[3 * 40];
-    soup.triangle[3 * 40] = soup.triangle[3 * 40 + 1];
+    soup.triangle[(int64_t)3 * 17] = soup.triangle[(int64_t)3 * 17 + 1];
+    const loxo_index b = soup.triangle[(int64_t)3 * 40];
+    soup.triangle[(int64_t)3 * 40] = soup.triangle[(int64_t)3 * 40 + 1];
     soup.triangle[3 * 40 + 1] = b;
     const loxo_mesh_settings orders[2] = {order_of(LOXO_ORDER_GIVEN), order_of(LOXO_ORDER_HILBERT)};
     for (int i = 0; i < 2; ++i) {
@@ -342,9 +342,10 @@ TEST(repaired_meshes_answer_for_the_callers_vertices)
     for (int i = 0; i < 15; ++i)
         tie.position[i] += 5.0;
     shape_append(test_context, &soup, &tie);
-    memcpy(&soup.position[3 * 8], &soup.position[0], 3 * sizeof(double)); /* vertex 8 lies at vertex 0 */
-    soup.triangle[3 * 12] = 2;
-    soup.triangle[3 * 13] = 8;
+    memcpy(&soup.position[(int64_t)3 * 8], &soup.position[0],
+           (int64_t)3 * sizeof(double)); /* vertex 8 lies at vertex 0 */
+    soup.triangle[(int64_t)3 * 12] = 2;
+    soup.triangle[(int64_t)3 * 13] = 8;
     CHECK_EQUAL(create_fails(&soup, &settings), LOXO_ERR_MESH);
     settings.repair = true;
     const loxo_mesh_arrays arrays = loxo_soup_arrays(&soup);
@@ -362,7 +363,7 @@ TEST(repaired_meshes_answer_for_the_callers_vertices)
     CHECK_OK(loxo_mesh_vertex_order(mesh, to_mesh));
     CHECK_EQUAL(to_mesh[8], to_mesh[0]);
     for (int i = 0; i < 14; ++i) { /* the position's own number, copies 0.5 lower */
-        CHECK_NEAR3(m.position[i], &soup.position[3 * m.vertex_origin[i]], 0.0);
+        CHECK_NEAR3(m.position[i], &soup.position[(int64_t)3 * m.vertex_origin[i]], 0.0);
         own[i] = m.vertex_origin[i] - (to_mesh[m.vertex_origin[i]] == i ? 0.0 : 0.5);
     }
     loxo_mesh_scatter_to_caller(mesh, own, caller);

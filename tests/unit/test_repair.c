@@ -33,11 +33,11 @@ TEST(sound_soup_stays_as_it_is)
     loxo_soup soup = shape_torus(test_context, 6, 5);
     loxo_index *origin;
     loxo_repair_info info;
-    const uint64_t hash = test_hash(soup.triangle, 60 * 3 * sizeof *soup.triangle);
+    const uint64_t hash = test_hash(soup.triangle, (size_t)60 * 3 * sizeof *soup.triangle);
     add_field(test_context, &soup);
     CHECK_OK(loxo_soup_repair(test_context, &soup, NULL, &origin, &info));
     CHECK_EQUAL(soup.n_vertices, 30);
-    CHECK_EQUAL(test_hash(soup.triangle, 60 * 3 * sizeof *soup.triangle), hash);
+    CHECK_EQUAL(test_hash(soup.triangle, (size_t)60 * 3 * sizeof *soup.triangle), hash);
     CHECK_EQUAL(info.n_vertices_welded + info.n_vertices_split + info.n_faces_turned, 0);
     CHECK_EQUAL(loxo_context_n_warnings(test_context), 0);
     check_origin(&soup, origin);
@@ -54,7 +54,8 @@ TEST(a_torn_torus_is_welded_together)
     loxo_index *origin;
     loxo_repair_info info;
     for (int i = 0; i < 180; ++i) {
-        memcpy(&torn.position[3 * i], &whole.position[3 * whole.triangle[i]], 3 * sizeof(double));
+        memcpy(&torn.position[(int64_t)3 * i], &whole.position[(int64_t)3 * whole.triangle[i]],
+               (int64_t)3 * sizeof(double));
         torn.triangle[i] = (loxo_index)i;
     }
     add_field(test_context, &torn);
@@ -96,8 +97,8 @@ TEST(turned_faces_come_round_with_a_warning)
     loxo_soup soup = shape_torus(test_context, 6, 6);
     loxo_repair_info info;
     for (int f = 20; f < 23; ++f) {
-        const loxo_index b = soup.triangle[3 * f];
-        soup.triangle[3 * f] = soup.triangle[3 * f + 1];
+        const loxo_index b = soup.triangle[(int64_t)3 * f];
+        soup.triangle[(int64_t)3 * f] = soup.triangle[(int64_t)3 * f + 1];
         soup.triangle[3 * f + 1] = b;
     }
     CHECK_STATUS(test_context, loxo_soup_repair(test_context, &soup, NULL, NULL, &info), LOXO_REPAIRED);
@@ -145,7 +146,7 @@ TEST(a_fin_comes_off_a_closed_surface_that_stays_closed)
     memset(fin.triangle, 0, 3 * sizeof *fin.triangle);
     shape_append(test_context, &soup, &fin);
     const loxo_index face[3] = {soup.triangle[0], soup.triangle[1], 36};
-    memcpy(&soup.triangle[3 * 72], face, sizeof face);
+    memcpy(&soup.triangle[(int64_t)3 * 72], face, sizeof face);
     loxo_repair_info info;
     CHECK_STATUS(test_context, loxo_soup_repair(test_context, &soup, NULL, NULL, &info), LOXO_REPAIRED);
     CHECK_EQUAL(info.n_vertices_split, 2);
@@ -194,13 +195,13 @@ TEST(what_is_not_asked_for_is_not_done)
 TEST(failures_leave_the_soup_as_it_was)
 {
     loxo_soup soup = shape_moebius(test_context, 12);
-    const uint64_t hash = test_hash(soup.triangle, 48 * 3 * sizeof *soup.triangle);
+    const uint64_t hash = test_hash(soup.triangle, (size_t)48 * 3 * sizeof *soup.triangle);
     loxo_index *origin = NULL;
     CHECK_STATUS(test_context, loxo_soup_repair(test_context, &soup, NULL, &origin, NULL), LOXO_ERR_MESH);
     CHECK(strstr(loxo_context_failure(test_context)->text, "not orientable") != NULL);
     CHECK(loxo_context_failure(test_context)->element >= 0);
     CHECK(origin == NULL);
-    CHECK_EQUAL(test_hash(soup.triangle, 48 * 3 * sizeof *soup.triangle), hash);
+    CHECK_EQUAL(test_hash(soup.triangle, (size_t)48 * 3 * sizeof *soup.triangle), hash);
     soup.triangle[5] = 99;
     CHECK_STATUS(test_context, loxo_soup_repair(test_context, &soup, NULL, &origin, NULL), LOXO_ERR_MALFORMED);
     CHECK_STATUS(test_context, loxo_soup_repair(test_context, NULL, NULL, &origin, NULL), LOXO_ERR_ARGUMENT);
@@ -216,9 +217,9 @@ TEST(random_soups_end_manifold)
         loxo_soup soup = shape_empty(test_context, n_vertices, n_faces);
         loxo_repair_info info;
         loxo_index *origin = NULL;
-        for (int64_t i = 0; i < 3 * n_vertices; ++i) /* few places: some are the same */
+        for (int64_t i = 0; i < (int64_t)3 * n_vertices; ++i) /* few places: some are the same */
             soup.position[i] = (double)(loxo_random_u64(seed + 1000, (uint64_t)i) % 3);
-        for (int64_t i = 0; i < 3 * n_faces; ++i)
+        for (int64_t i = 0; i < (int64_t)3 * n_faces; ++i)
             soup.triangle[i] = (loxo_index)(loxo_random_u64(seed, (uint64_t)i) % (uint64_t)n_vertices);
         add_field(test_context, &soup);
         const loxo_status status = loxo_soup_repair(test_context, &soup, NULL, &origin, &info);
@@ -256,7 +257,7 @@ TEST(subdivision_keeps_the_surface)
     CHECK_NEAR(after.volume, before.volume, 1e-13);
     CHECK_NEAR(after.edge_length.max, before.edge_length.max / 4, 1e-14);
     CHECK_EQUAL(soup.fields[0].value[30], middle); /* the first edge's middle is the first new vertex */
-    CHECK_NEAR(soup.position[90], 0.5 * (soup.position[3 * a] + soup.position[3 * b]), 1e-15);
+    CHECK_NEAR(soup.position[90], 0.5 * (soup.position[(int64_t)3 * a] + soup.position[(int64_t)3 * b]), 1e-15);
     loxo_soup_destroy(test_context, &soup);
 }
 
@@ -289,13 +290,13 @@ TEST(shuffling_permutes)
     for (int v = 0; v < 72; ++v) {
         seen[origin[v]] += 1;
         n_moved += origin[v] != v;
-        CHECK_NEAR3(&soup.position[3 * v], &same.position[3 * origin[v]], 0.0);
+        CHECK_NEAR3(&soup.position[(int64_t)3 * v], &same.position[(int64_t)3 * origin[v]], 0.0);
     }
     for (int v = 0; v < 72; ++v)
         CHECK_EQUAL(seen[v], 1);
     CHECK(n_moved > 60);
     CHECK_OK(loxo_soup_shuffle(test_context, &same, 3, NULL));
-    CHECK(memcmp(soup.triangle, same.triangle, 144 * 3 * sizeof *same.triangle) == 0);
+    CHECK(memcmp(soup.triangle, same.triangle, (size_t)144 * 3 * sizeof *same.triangle) == 0);
     CHECK_EQUAL(check(test_context, &soup).genus, 1);
     loxo_release(test_context, origin);
     loxo_soup_destroy(test_context, &soup);

@@ -107,8 +107,8 @@ TEST(several_components_with_and_without_boundaries)
     loxo_soup soup = shape_torus(test_context, 6, 5), tube = shape_annulus(test_context, 7, 2),
               cube = shape_cube(test_context), holed = shape_torus(test_context, 7, 7);
     /* two faces that share nothing leave holes: genus 1 with two loops */
-    memcpy(&holed.triangle[0], &holed.triangle[3 * 97], 3 * sizeof(loxo_index));
-    memcpy(&holed.triangle[3 * 48], &holed.triangle[3 * 96], 3 * sizeof(loxo_index));
+    memcpy(&holed.triangle[0], &holed.triangle[(int64_t)3 * 97], (int64_t)3 * sizeof(loxo_index));
+    memcpy(&holed.triangle[(int64_t)3 * 48], &holed.triangle[(int64_t)3 * 96], (int64_t)3 * sizeof(loxo_index));
     holed.n_faces -= 2;
     shape_append(test_context, &soup, &tube);
     shape_append(test_context, &soup, &cube);
@@ -139,7 +139,7 @@ TEST(cycles_of_a_torus_wind_around_it)
         }
         CHECK_EQUAL(wind[c][0] % N, 0);
         CHECK_EQUAL(wind[c][1] % M, 0);
-        CHECK(chains.chain_begin[c + 1] - chains.chain_begin[c] <= 2 * (N + M)); /* short */
+        CHECK(chains.chain_begin[c + 1] - chains.chain_begin[c] <= (int64_t)2 * (N + M)); /* short */
     }
     CHECK_EQUAL(llabs(wind[0][0] / N * (wind[1][1] / M) - wind[0][1] / M * (wind[1][0] / N)), 1);
     loxo_chains_destroy(test_context, &chains);
