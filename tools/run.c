@@ -232,6 +232,8 @@ loxo_status cli_output_format(cli_run *run, const char *path, const char *format
                         choices);
     if (found == NULL && strcmp(path, "-") == 0)
         return cli_fail(run, LOXO_ERR_ARGUMENT, "standard output needs --format; one of (without the dot) %s", choices);
+    if (found == NULL && ends_with(path, ".gz"))
+        return cli_fail(run, LOXO_ERR_ARGUMENT, "%s: gzip is read, not written; pipe -o - into gzip", path);
     if (found == NULL)
         return cli_fail(run, LOXO_ERR_ARGUMENT, "%s: the suffix names no format; one of %s", path, choices);
     if (!(found->mesh || (found->field && !meshes_only)))

@@ -107,7 +107,8 @@ LOXO_API loxo_status loxo_geodesic_create(loxo_context *ctx, const loxo_mesh *me
  * returns      LOXO_OK; LOXO_NOT_CONVERGED: the diffusion did not settle; LOXO_CHECK_FAILED: the answer breaks the
  *              thresholds of the settings; LOXO_STOPPED: by the monitor, distance holds what the state then gives;
  *              LOXO_ERR_ARGUMENT: no source, or one out of range (element): distance is untouched;
- *              LOXO_ERR_MESH: a source without faces
+ *              LOXO_ERR_MESH: a source without faces; LOXO_ERR_NUMERIC: distances that are not finite, from heat that
+ *              met over ways of very different edge lengths (src/solver/geodesic/README.md)
  * cost         linear time; allocates nothing that grows with the mesh; same bits for any thread count */
 LOXO_API loxo_status loxo_geodesic_solve(loxo_geodesic *geodesic, const loxo_index *sources, int64_t n_sources,
                                          double *distance, loxo_geodesic_info *info);

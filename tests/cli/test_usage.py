@@ -219,6 +219,7 @@ def an_option_may_have_a_value_that_looks_like_one():
 def output_formats():
     mesh = tetrahedron()
     loxo("convert", mesh, "-o", "x.xyz").fails(2, "x.xyz: the suffix names no format; one of .ply")
+    loxo("convert", mesh, "-o", "x.ply.gz").fails(2, "x.ply.gz: gzip is read, not written; pipe -o - into gzip")
     loxo("convert", mesh, "-o", "x.npy").fails(5, ".npy cannot be written here")
     loxo("convert", mesh, "-o", "x.stl").fails(5, ".stl cannot be written here")
     loxo("convert", mesh, "-o", "-").fails(2, "standard output needs --format")
