@@ -125,7 +125,7 @@ void cli_report_geodesic(cli_run *run, const loxo_geodesic_info *i, int64_t n_ve
     if (i->n_nonpositive_heat > 0)
         report_row(out, "heat", "not positive at %s vertices", text_count(i->n_nonpositive_heat));
     report_row(out, "largest", "%.8g", i->distance_max);
-    report_row(out, "check", "%s: gradient off 1 by over 10 %% on %.2f %% of the area, breach 99 %% %.2g, max %.2g",
+    report_row(out, "answer", "%s: gradient off 1 by over 10 %% on %.2f %% of the area, breach 99 %% %.2g, max %.2g",
                i->check_passed ? "passed" : "FAILED", 100.0 * i->gradient_share, i->breach_percentile_99,
                i->breach_max);
     if (!run->common->verbose) return;

@@ -157,7 +157,7 @@ def geodesic_on_a_sphere():
     for method in ("edge", "face"):
         r = loxo("geodesic", "s.ply", "-s", "0", "--method", method, "-o", "d.npy", "--exact", "exact.npy", "--json",
                  "r.json").is_code(0)
-        r.has_err(r"^error +mean \d+\.\d+ % \(eq\. 29\)").has_err(r"^check +passed")
+        r.has_err(r"^error +mean \d+\.\d+ % \(eq\. 29\)").has_err(r"^answer +passed")
         j = report("r.json")
         assert j["error"]["mean_relative"] < 0.02, (method, j["error"])
         assert j["settings"]["geodesic"]["method"] == method
