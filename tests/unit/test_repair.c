@@ -15,7 +15,7 @@ static void add_field(loxo_context *ctx, loxo_soup *soup)
 {
     soup->fields = loxo_allocate(ctx, 1, sizeof *soup->fields);
     soup->n_fields = 1;
-    strcpy(soup->fields[0].name, "number");
+    snprintf(soup->fields[0].name, sizeof soup->fields[0].name, "number");
     soup->fields[0].value = loxo_allocate(ctx, soup->n_vertices, sizeof(double));
     for (int64_t v = 0; v < soup->n_vertices; ++v)
         soup->fields[0].value[v] = (double)v;
