@@ -121,6 +121,17 @@ static void processor_name(char *name, size_t n)
     fclose(file);
 }
 
+/* Processes that wanted a processor during the last minute, as Linux tells it; 0 where it does not. */
+static double load_average(void)
+{
+    char line[128] = "";
+    FILE *file = fopen("/proc/loadavg", "r");
+    if (file == NULL) return 0.0;
+    const bool is_read = fgets(line, sizeof line, file) != NULL;
+    fclose(file);
+    return is_read ? strtod(line, NULL) : 0.0;
+}
+
 static const char *isa_name(loxo_isa isa)
 {
     switch (isa) {
@@ -145,6 +156,10 @@ loxo_status bench_machine(bench *b)
            loxo_version(), name, machine.n_cores, machine.n_processors, isa_name(loxo_context_isa(b->ctx)),
            (double)machine.l2_bytes / 0x1p20, (double)machine.l3_bytes / 0x1p20, (double)machine.memory_bytes / 0x1p30,
            b->settings.repeats);
+    const double load = load_average();
+    if (load > 0.3)
+        printf("The machine is not quiet (load average %.2f): look at the spread, and trust ratios of one run only.\n",
+               load);
     printf("STREAM triad, GB/s:");
     for (int i = 0; i < b->n_threads; ++i) {
         double sample[BENCH_MAX_REPEATS];
@@ -167,6 +182,7 @@ loxo_status bench_machine(bench *b)
                                   (json_int_t)machine.l2_bytes, "l3_bytes", (json_int_t)machine.l3_bytes,
                                   "memory_bytes", (json_int_t)machine.memory_bytes));
     json_object_set_new(b->report, "triad", triad);
+    json_object_set_new(b->report, "load_average", json_real(load));
     return status;
 }
 
