@@ -90,8 +90,8 @@ static loxo_status join_sources(loxo_geodesic *g, int64_t n_sources, forest *f, 
         const loxo_index first = m->vertex_halfedge[g->order[p]];
         loxo_index h = first;
         do {
-            const int64_t q = g->rank[k_head(m, h)];
-            const loxo_index a = find_leader(f, f->root[p]), b = find_leader(f, f->root[q]);
+            const int64_t q = g->rank[k_head(m, h)]; /* -1 beyond the front of a diffusion that was stopped */
+            const loxo_index a = find_leader(f, f->root[p]), b = q >= 0 ? find_leader(f, f->root[q]) : a;
             if (a != b) {
                 const int64_t n = way_length(g, p) + way_length(g, q) + 1;
                 if (chains->chain_begin[chains->n_chains] + n > most_elements) return LOXO_OK;

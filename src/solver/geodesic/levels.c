@@ -83,7 +83,8 @@ loxo_status geodesic_find_levels(loxo_geodesic *g, const loxo_index *sources, in
             n_entries += expand(g, p, &g->entry[n_entries], &tail);
         }
         begin = end;
-        if (loxo_stop_wanted(g->ctx, "levels", (double)begin / (double)n)) return LOXO_ERR_STOPPED;
+        if (loxo_stop_wanted(g->ctx, "levels", (double)begin / (double)n))
+            return loxo_fail(g->ctx, LOXO_ERR_STOPPED, "geodesic: stopped before there was any distance");
     }
     g->level_begin[n_levels] = (loxo_index)tail;
     g->row[tail].begin = n_entries;
