@@ -74,7 +74,7 @@ static float *partial_of(const loxo_geodesic *g, int64_t level)
 static void do_blocks(loxo_geodesic *g, unit u, int64_t first_block)
 {
     const int64_t base = g->level_begin[u.level], level_end = g->level_begin[u.level + 1];
-    const int64_t begin = base + first_block * BLOCK_ROWS, most = begin + CHUNK_BLOCKS * BLOCK_ROWS;
+    const int64_t begin = base + first_block * BLOCK_ROWS, most = begin + (int64_t)CHUNK_BLOCKS * BLOCK_ROWS;
     const int64_t end = most < level_end ? most : level_end;
     const unsigned parity = (unsigned)u.step & 1u;
     switch (u.act) {
@@ -193,10 +193,10 @@ static void march_work(void *arg, int64_t chunk)
 static bool march_poll(void *arg)
 {
     const march *s = arg;
-    const int64_t time = __atomic_load_n(&s->time, __ATOMIC_RELAXED);
+    const int64_t level = __atomic_load_n(&s->time, __ATOMIC_RELAXED) / 3;
     const loxo_progress p = {.phase = "diffusion",
-                             .fraction = fmin(1.0, (double)(time / 3) / (double)s->g->n_levels),
-                             .iteration = time / 3,
+                             .fraction = fmin(1.0, (double)level / (double)s->g->n_levels),
+                             .iteration = level,
                              .n_iterations = s->g->n_levels,
                              .objective = NAN,
                              .residual = NAN};
