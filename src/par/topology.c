@@ -104,6 +104,10 @@ static void machine_from_hwloc(loxo_machine *machine)
     const unsigned long flags = HWLOC_TOPOLOGY_FLAG_IS_THISSYSTEM | HWLOC_TOPOLOGY_FLAG_DONT_CHANGE_BINDING |
                                 HWLOC_TOPOLOGY_FLAG_RESTRICT_TO_CPUBINDING | HWLOC_TOPOLOGY_FLAG_RESTRICT_TO_MEMBINDING;
     hwloc_topology_t topology;
+#ifdef __linux__
+    char text[64]; /* hwloc says on standard error that it finds no /sys, as in a bare chroot */
+    if (!read_text("/sys/devices/system/cpu/cpu0/topology/thread_siblings_list", text, sizeof text)) return;
+#endif
     if (hwloc_topology_init(&topology) != 0) return;
     if (hwloc_topology_set_flags(topology, flags) == 0 &&
         hwloc_topology_set_all_types_filter(topology, HWLOC_TYPE_FILTER_KEEP_NONE) == 0 &&
