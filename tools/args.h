@@ -47,7 +47,7 @@ typedef struct cli_common {
     int n_threads;
     size_t max_memory;
     int isa;
-    bool bind, quiet, verbose, strict, keep_partial, settings, estimate;
+    bool quiet, verbose, strict, keep_partial, settings, estimate;
 } cli_common;
 
 extern const loxo_option cli_common_options[];

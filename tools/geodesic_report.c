@@ -18,7 +18,6 @@ static const char *stop_name(loxo_stop_reason reason)
     switch (reason) {
     case LOXO_STOP_TOLERANCE: return "tolerance";
     case LOXO_STOP_MAX_ITERATIONS: return "max iterations";
-    case LOXO_STOP_STALLED: return "stalled";
     case LOXO_STOP_MONITOR: return "stopped";
     }
     return "?";
@@ -78,8 +77,10 @@ static void put_info(json_t *json, const loxo_geodesic_info *i)
     json_put_number(json, "diffusion_change", i->diffusion_change);
     json_put_number(json, "dual_residual", i->dual_residual);
     json_put_integer(json, "n_constraints", i->n_constraints);
+    json_put_integer(json, "n_constraints_left_out", i->n_constraints_left_out);
     json_put_number(json, "constraint_residual", i->constraint_residual);
     json_put_integer(json, "n_unreached", i->n_unreached);
+    json_put_integer(json, "n_negative", i->n_negative);
     json_put_integer(json, "n_nonpositive_heat", i->n_nonpositive_heat);
     json_put_number(json, "breach_percentile_50", i->breach_percentile_50);
     json_put_number(json, "breach_percentile_90", i->breach_percentile_90);
@@ -105,7 +106,10 @@ void cli_report_geodesic(cli_run *run, const loxo_geodesic_info *i, int64_t n_ve
         if (p == LOXO_GEODESIC_PHASE_DIFFUSION)
             report_row(out, name, "%s, %s levels, window at most %s, %.3g updates a vertex, %s",
                        text_seconds(i->phase_s[p]), text_count(i->n_levels), text_count(i->max_window),
-                       (double)i->n_evaluations / n, i->diffusion_converged ? "converged" : "NOT converged");
+                       (double)i->n_evaluations / n,
+                       i->diffusion_converged       ? "converged"
+                       : isnan(i->diffusion_change) ? "not tested"
+                                                    : "NOT converged");
         else if (p == LOXO_GEODESIC_PHASE_ADMM)
             report_row(out, name, "%s, %s iterations, residuals %.2g and %.2g", text_seconds(i->phase_s[p]),
                        text_count(i->n_iterations), i->residual, i->dual_residual);

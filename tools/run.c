@@ -74,7 +74,6 @@ loxo_status cli_run_begin(cli_run *run, const cli_command *command, const cli_co
     settings.n_threads = common->n_threads;
     settings.memory_limit_bytes = common->max_memory;
     settings.isa = (loxo_isa)common->isa;
-    settings.bind_threads = common->bind;
     settings.monitor = on_progress;
     settings.monitor_user = run;
     const loxo_status status = loxo_context_create(&settings, &run->ctx);

@@ -45,7 +45,6 @@ LOXO_API loxo_geodesic_settings loxo_geodesic_settings_default(void);
 typedef enum loxo_stop_reason {
     LOXO_STOP_TOLERANCE,      /* the tolerances were met */
     LOXO_STOP_MAX_ITERATIONS, /* the iteration count was used up (ADMM: the paper's way of stopping; no failure) */
-    LOXO_STOP_STALLED,        /* no progress above rounding */
     LOXO_STOP_MONITOR,        /* the monitor asked */
 } loxo_stop_reason;
 
@@ -78,14 +77,16 @@ typedef struct loxo_geodesic_info {
     double mean_edge_length; /* h */
     int64_t n_sources;       /* after repeats were merged */
     int64_t n_levels;
-    int64_t max_window; /* most levels in the window at once */
-    bool diffusion_converged;
-    double diffusion_change; /* estimate of the directions' change still to come, eq. (8) */
+    int64_t max_window;       /* most levels in the window at once */
+    bool diffusion_converged; /* of marching; false for sweeps and for a given heat, which nothing tests */
+    double diffusion_change;  /* estimate of the directions' change still to come, eq. (8) */
     double dual_residual;
-    int64_t n_constraints;      /* cycles and paths */
-    double constraint_residual; /* largest |line integral| over its chain's length at the end */
+    int64_t n_constraints;          /* cycles and paths */
+    int64_t n_constraints_left_out; /* they would have been longer than the mesh allows */
+    double constraint_residual;     /* largest |line integral| over its chain's length at the end */
     /* the check of the answer */
     int64_t n_unreached;        /* vertices at infinity: other components, unreferenced ones */
+    int64_t n_negative;         /* vertices whose distance is below minus a tenth of the mean edge length */
     int64_t n_nonpositive_heat; /* vertices whose heat was not positive (negative cotangent weights) */
     double breach_percentile_50, breach_percentile_90, breach_percentile_99, breach_max;
     double gradient_share; /* share of the reached area where | |grad d| - 1 | > 0.1 */
@@ -106,10 +107,14 @@ LOXO_API loxo_status loxo_geodesic_create(loxo_context *ctx, const loxo_mesh *me
  *   info       out, may be NULL
  * returns      LOXO_OK; LOXO_NOT_CONVERGED: the diffusion did not settle; LOXO_CHECK_FAILED: the answer breaks the
  *              thresholds of the settings; LOXO_STOPPED: by the monitor, distance holds what the state then gives;
+ *              LOXO_ERR_STOPPED: by the monitor before there was any heat; LOXO_ERR_NUMERIC: a distance is not finite;
+ *              LOXO_ERR_MEMORY: distance is untouched in all three;
  *              LOXO_ERR_ARGUMENT: no source, or one out of range (element): distance is untouched;
  *              LOXO_ERR_MESH: a source without faces; LOXO_ERR_NUMERIC: distances that are not finite, from heat that
  *              met over ways of very different edge lengths (src/solver/geodesic/README.md)
- * cost         linear time; allocates nothing that grows with the mesh; same bits for any thread count */
+ * cost         linear time; same bits for any thread count; allocates nothing that grows with the mesh for one source on
+ *              a sphere or disk; for several sources or other surfaces what the global constraints take, and after a
+ *              repair the copies of split sources */
 LOXO_API loxo_status loxo_geodesic_solve(loxo_geodesic *geodesic, const loxo_index *sources, int64_t n_sources,
                                          double *distance, loxo_geodesic_info *info);
 

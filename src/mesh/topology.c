@@ -8,6 +8,8 @@
 #include "base/context.h"
 #include "mesh/halfedge.h"
 
+#define MIN_ELEMENTS 4096 /* small meshes keep all their cycles */
+
 enum { CROSSED = 1, LOOP_SEEN = 2, LOOP_TAKEN = 4 };
 
 typedef struct trees {
@@ -189,12 +191,26 @@ static void append_generator(const trees *t, loxo_chains *chains, loxo_index h, 
     chains->chain_begin[++chains->n_chains] = n + n_down;
 }
 
+static bool is_full(const trees *t, const loxo_chains *chains, int64_t n_more)
+{
+    const int64_t used = chains->chain_begin != NULL ? chains->chain_begin[chains->n_chains] : 0;
+    return used + n_more > t->m->n_vertices / 4 + MIN_ELEMENTS;
+}
+
 static loxo_status collect_generators(trees *t, loxo_chains *chains, int64_t *n_room, int64_t *n_chain_room)
 {
     for (int64_t i = 0; i < 3 * t->m->n_faces; ++i) {
         const loxo_index h = (loxo_index)i, twin = t->m->halfedge_twin[h];
         if ((twin >= 0 && twin < h) || (t->flag[h] & CROSSED) != 0 || is_in_tree(t, h)) continue;
+        if (is_full(t, chains, 1)) {
+            ++chains->n_left_out;
+            continue;
+        }
         const int64_t a = depth_of(t, t->m->halfedge_vertex[h]), b = depth_of(t, head_of(t->m, h));
+        if (is_full(t, chains, a + b + 1)) {
+            ++chains->n_left_out;
+            continue;
+        }
         const loxo_status status = make_room(t->ctx, chains, a + b + 1, n_room, n_chain_room);
         if (status < 0) return status;
         append_generator(t, chains, h, a, b);
@@ -218,6 +234,10 @@ static loxo_status collect_loops(trees *t, loxo_chains *chains, int64_t *n_room,
         } while (on != i);
         loxo_index *had = &t->queue[t->component[t->m->halfedge_vertex[i]]];
         if ((*had)++ == 0) continue;
+        if (is_full(t, chains, n)) {
+            ++chains->n_left_out;
+            continue;
+        }
         const loxo_status status = make_room(t->ctx, chains, n, n_room, n_chain_room);
         if (status < 0) return status;
         int64_t at = chains->chain_begin[chains->n_chains];

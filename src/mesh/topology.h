@@ -8,14 +8,16 @@
 
 /* Chains of half-edges, head to tail. */
 typedef struct loxo_chains {
-    int64_t n_chains;
-    int64_t *chain_begin; /* [n_chains + 1] */
+    int64_t n_chains, n_left_out; /* left out: those that would have made the chains longer than the mesh */
+    int64_t *chain_begin;         /* [n_chains + 1] */
     loxo_index *halfedge;
     int8_t *sign; /* +1 the half-edge is walked along its direction, -1 against it */
 } loxo_chains;
 
 /* A basis of the cycles that bound nothing: 2 genus + (boundary loops - 1 where there are any) a component, closed
  * chains, short by way of breadth-first trees. None, at no cost, where the view says genus 0 and at most one loop.
+ * Together the chains have at most about a quarter as many elements as the mesh has vertices; the rest is left out and
+ * counted: surfaces of high genus would need chains longer than the mesh.
  *   out      freed by loxo_chains_destroy; all NULL where there is none
  * returns  LOXO_OK, LOXO_ERR_MEMORY
  * cost     linear in the mesh plus the chains' length; 18 bytes a vertex of workspace

@@ -24,6 +24,8 @@ loxo_status loxo_sum(loxo_context *ctx, int64_t n, int n_sums, loxo_partial_fn p
     for (int k = 0; k < n_sums; ++k)
         sums[k] = 0.0;
     if (n_threads == 1) {
+        /* A region of its own, so that partial is thread 0 also where the host has regions around us. */
+#pragma omp parallel num_threads(1)
         for (int64_t b = 0; b < n_blocks; ++b) {
             double part[LOXO_SUM_MAX] = {0};
             const int64_t begin = b * LOXO_SUM_BLOCK;

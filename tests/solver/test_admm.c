@@ -76,6 +76,7 @@ static void check_optimal(const surface *s, loxo_geodesic_method method, double 
     loxo_geodesic_info info;
     loxo_geodesic *g;
     wavy_heat(s, value);
+    settings.global_constraints = true;
     settings.penalty = penalty;
     settings.n_iterations = n_iterations;
     settings.primal_tolerance = settings.dual_tolerance = 0.0;

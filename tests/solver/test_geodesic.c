@@ -89,7 +89,7 @@ TEST(torus)
         n_known += is_known ? 1 : 0;
     }
     CHECK(n_known > 20);
-    check_recorded("torus", &s, truth, source, (const double[]){0.07808, 0.05020});
+    check_recorded("torus", &s, truth, source, (const double[]){0.07980, 0.04512});
     loxo_release(test_context, truth);
     surface_destroy(&s);
 }

@@ -236,6 +236,7 @@ loxo_status geodesic_recover_edge(loxo_geodesic *g, const loxo_chains *chains, l
         }
         if (geodesic_tell_iteration(g, iteration, info)) info->stop_reason = LOXO_STOP_MONITOR;
     }
+    if (info->stop_reason == LOXO_STOP_MONITOR && (status = find_residuals(g, now, info)) < 0) goto done;
     info->n_iterations = iteration;
     info->objective += disagreement;
     info->constraint_residual = worst_chain(g, chains, &s);

@@ -229,6 +229,7 @@ loxo_status geodesic_recover_face(loxo_geodesic *g, const loxo_chains *chains, l
         }
         if (geodesic_tell_iteration(g, iteration, info)) info->stop_reason = LOXO_STOP_MONITOR;
     }
+    if (info->stop_reason == LOXO_STOP_MONITOR && (status = find_residuals(g, now, info)) < 0) goto done;
     info->n_iterations = iteration;
     for (int64_t c = 0; c < chains->n_chains; ++c) {
         const double sum = chain_sum(g, chains, c, (const double(*)[3])g->gradient[now]);

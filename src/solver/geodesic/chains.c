@@ -94,12 +94,15 @@ static loxo_status join_sources(loxo_geodesic *g, int64_t n_sources, forest *f, 
             const loxo_index a = find_leader(f, f->root[p]), b = q >= 0 ? find_leader(f, f->root[q]) : a;
             if (a != b) {
                 const int64_t n = way_length(g, p) + way_length(g, q) + 1;
-                if (chains->chain_begin[chains->n_chains] + n > most_elements) return LOXO_OK;
-                const loxo_status status = add_elements(g->ctx, chains, n, room);
-                if (status < 0) return status;
-                append_path(g, chains, p, h, q);
                 f->leader[a < b ? b : a] = a < b ? a : b;
                 ++n_joined;
+                if (chains->chain_begin[chains->n_chains] + n > most_elements) {
+                    ++chains->n_left_out;
+                } else {
+                    const loxo_status status = add_elements(g->ctx, chains, n, room);
+                    if (status < 0) return status;
+                    append_path(g, chains, p, h, q);
+                }
             }
             h = m->halfedge_twin[k_previous(h)];
         } while (h >= 0 && h != first);
@@ -112,7 +115,7 @@ loxo_status geodesic_find_chains(loxo_geodesic *g, int64_t n_sources, loxo_chain
     const loxo_chains *cycles = &g->cycles;
     const int64_t n_elements = cycles->n_chains > 0 ? cycles->chain_begin[cycles->n_chains] : 0;
     /* Many sources on a coarse mesh would make chains as long as the mesh; those are left out. */
-    const int64_t most_elements = n_elements + g->m.n_vertices / 4;
+    const int64_t most_elements = n_elements + g->m.n_vertices / 4 + 2 * g->n_levels + 64;
     int64_t room = n_elements + 64;
     forest f = {.g = g};
     loxo_status status = LOXO_ERR_MEMORY;
@@ -121,6 +124,7 @@ loxo_status geodesic_find_chains(loxo_geodesic *g, int64_t n_sources, loxo_chain
     chains->halfedge = loxo_allocate(g->ctx, room, sizeof *chains->halfedge);
     chains->sign = loxo_allocate(g->ctx, room, sizeof *chains->sign);
     if (chains->chain_begin == NULL || chains->halfedge == NULL || chains->sign == NULL) goto fail;
+    chains->n_left_out = cycles->n_left_out;
     if (n_elements > 0) {
         memcpy(chains->chain_begin, cycles->chain_begin, (size_t)(cycles->n_chains + 1) * sizeof *cycles->chain_begin);
         memcpy(chains->halfedge, cycles->halfedge, (size_t)n_elements * sizeof *cycles->halfedge);

@@ -85,8 +85,10 @@ static void partial_look(int64_t begin, int64_t end, const void *arg, double *su
 static void partial_distance(int64_t begin, int64_t end, const void *arg, double *sums)
 {
     const loxo_geodesic *g = arg;
-    for (int64_t p = begin; p < end; ++p)
+    for (int64_t p = begin; p < end; ++p) {
         sums[0] += isfinite(g->value[2 * p + 1]) ? 0.0 : 1.0;
+        sums[1] += g->value[2 * p + 1] < -0.1 * g->mean_edge_length ? 1.0 : 0.0;
+    }
 }
 
 loxo_status geodesic_check(loxo_geodesic *g, loxo_geodesic_info *info)
@@ -94,7 +96,7 @@ loxo_status geodesic_check(loxo_geodesic *g, loxo_geodesic_info *info)
     const int n_threads = loxo_context_n_threads(g->ctx);
     breach_counts total, *counts = loxo_allocate_zero(g->ctx, n_threads, sizeof *counts);
     const look_arg arg = {g, counts};
-    double sums[2] = {0.0, 0.0}, n_bad = 0.0;
+    double sums[2] = {0.0, 0.0}, n_bad[2] = {0.0, 0.0};
     loxo_status status = LOXO_OK;
     if (counts == NULL) return LOXO_ERR_MEMORY;
     if ((status = loxo_sum(g->ctx, g->m.n_faces, 2, partial_look, &arg, sums)) < 0) {
@@ -109,7 +111,7 @@ loxo_status geodesic_check(loxo_geodesic *g, loxo_geodesic_info *info)
             total.bin[b] += counts[t].bin[b];
     }
     loxo_release(g->ctx, counts);
-    if ((status = loxo_sum(g->ctx, g->n_reached, 1, partial_distance, g, &n_bad)) < 0) return status;
+    if ((status = loxo_sum(g->ctx, g->n_reached, 2, partial_distance, g, n_bad)) < 0) return status;
 
     double farthest = 0.0;
     for (int64_t p = 0; p < g->n_reached; ++p)
@@ -120,8 +122,9 @@ loxo_status geodesic_check(loxo_geodesic *g, loxo_geodesic_info *info)
     info->breach_percentile_99 = percentile(&total, 0.99);
     info->breach_max = total.max;
     info->gradient_share = sums[0] > 0.0 ? sums[1] / sums[0] : 0.0;
+    info->n_negative = (int64_t)n_bad[1];
     info->check_passed = info->gradient_share <= g->settings.check_gradient_share &&
                          info->breach_percentile_99 <= g->settings.check_breach;
-    if (n_bad > 0.0) return loxo_fail(g->ctx, LOXO_ERR_NUMERIC, "geodesic: %.0f distances are not finite", n_bad);
+    if (n_bad[0] > 0.0) return loxo_fail(g->ctx, LOXO_ERR_NUMERIC, "geodesic: %.0f distances are not finite", n_bad[0]);
     return LOXO_OK;
 }

@@ -111,7 +111,7 @@ static double change_to_come(const loxo_geodesic *g, int64_t level, int64_t step
         sum += now * rest * rest;
         size += (double)partial[2];
     }
-    return size > 0.0 ? sqrt(sum / size) : 0.0;
+    return size > 0.0 ? sqrt(sum / size) : size == 0.0 ? 0.0 : HUGE_VAL;
 }
 
 /* What is due at a time. Returns the number of units. */

@@ -7,6 +7,7 @@
 #define SHARE_OF_GAIN       0.5 /* how far omega goes from 1 towards the local limit, see relaxation() */
 #define MAX_GAIN            4.0
 #define PREFETCH_ROWS       6
+#define MOST_OCTAVES        100
 #define SAFETY_OF_SPLITTING 0.95
 
 /* What a vertex hears of its inner neighbours. */
@@ -169,7 +170,11 @@ static void link(loxo_geodesic *g, int64_t begin, int64_t end, int64_t from, int
         for (uint32_t k = g->row[p].begin; k < g->row[p + 1].begin; ++k) {
             const int64_t q = g->entry[k].slot >> 1;
             if (q < from || q >= to) continue;
-            const double power = k_power_of_two((int64_t)g->scale[q] - g->scale[p]);
+            /* Where ways meet that decay differently, first values can be hundreds of octaves apart, more than a float
+             * coefficient holds. The larger one then overtakes the other by MOST_OCTAVES only; what lies behind gets its
+             * heat through here, all of it smaller by the same power of two, and directions do not see that. */
+            const int64_t octaves = (int64_t)g->scale[q] - g->scale[p];
+            const double power = k_power_of_two(octaves < MOST_OCTAVES ? octaves : MOST_OCTAVES);
             g->entry[k].coefficient = (float)((double)g->entry[k].coefficient * power);
         }
 }

@@ -109,7 +109,7 @@ static loxo_status measure_mesh(loxo_geodesic *g)
     g->n_boundary_edges = (int64_t)sums[2];
     g->area = area;
     g->time = g->settings.time_factor * g->mean_edge_length * g->mean_edge_length;
-    if (!(area > 0.0) || !isfinite(area) || !(g->time > 0.0) || !isfinite(g->time))
+    if (!(area > 0.0) || !isfinite(area) || !(g->mean_edge_length > 1e-40) || !(g->mean_edge_length < 1e40))
         return loxo_fail(g->ctx, LOXO_ERR_MESH,
                          "geodesic: the faces have no area (%g), or coordinates too large or small to compute with",
                          area);
@@ -240,7 +240,8 @@ static loxo_status take_heat(loxo_geodesic *g, const double *value, const int32_
             const int shift = value[from] != 0.0 && fabs(value[from]) >= 0x1p-1000 ? k_exponent(value[from]) : 0;
             g->value[2 * p] = value[from] * k_power_of_two(-(int64_t)shift);
             g->value[2 * p + 1] = g->value[2 * p];
-            g->scale[p] = (scale != NULL ? scale[from] : 0) + shift;
+            const int64_t sum = (scale != NULL ? (int64_t)scale[from] : 0) + shift;
+            g->scale[p] = sum > INT32_MIN / 2 ? (sum < INT32_MAX / 2 ? (int32_t)sum : INT32_MAX / 2) : INT32_MIN / 2;
         }
     }
     return LOXO_OK;
@@ -279,6 +280,11 @@ static loxo_status recover(loxo_geodesic *g, int64_t n_sources, loxo_geodesic_in
     if (g->settings.global_constraints && (g->cycles.n_chains > 0 || n_sources > 1)) {
         if ((status = geodesic_find_chains(g, n_sources, &chains)) < 0) return status;
         info->n_constraints = chains.n_chains;
+        info->n_constraints_left_out = chains.n_left_out;
+        if (chains.n_left_out > 0)
+            loxo_warn(g->ctx, "geodesic-constraints", chains.n_left_out,
+                      "%" PRId64 " of %" PRId64 " global constraints were left out: longer than the mesh allows",
+                      chains.n_left_out, chains.n_left_out + chains.n_chains);
     }
     status = g->settings.method == LOXO_GEODESIC_EDGE ? geodesic_recover_edge(g, &chains, info)
                                                       : geodesic_recover_face(g, &chains, info);
@@ -306,8 +312,9 @@ static loxo_status judge(loxo_geodesic *g, const diffusion_result *diffusion, co
     if (!info->check_passed)
         return loxo_fail(g->ctx, LOXO_CHECK_FAILED,
                          "geodesic: the distances do not pass their check: the gradient's length is off 1 by over a "
-                         "tenth on %.1f %% of the area, edges are breached by %.3g (99th percentile)",
-                         100.0 * info->gradient_share, info->breach_percentile_99);
+                         "tenth on %.1f %% of the area, edges are breached by %.3g (99th percentile), %" PRId64
+                         " are negative",
+                         100.0 * info->gradient_share, info->breach_percentile_99, info->n_negative);
     return LOXO_OK;
 }
 
@@ -345,6 +352,7 @@ static loxo_status solve(loxo_geodesic *g, const loxo_index *sources, int64_t n_
     distances_to_vertices(g);
     geodesic_clock(g, LOXO_GEODESIC_PHASE_INTEGRATE, info);
     if ((status = geodesic_check(g, info)) < 0) return status;
+    if (heat_value == NULL && info->n_negative > 0) info->check_passed = false; /* a given heat may point anywhere */
     geodesic_clock(g, LOXO_GEODESIC_PHASE_CHECK, info);
     loxo_mesh_scatter_to_caller(g->mesh, g->distance, distance);
     for (int64_t v = 0; v < loxo_mesh_n_vertices(g->mesh); ++v)
@@ -360,7 +368,8 @@ static loxo_status solve(loxo_geodesic *g, const loxo_index *sources, int64_t n_
     info->n_sources = n_own;
     info->n_levels = g->n_levels;
     info->max_window = diffusion.max_window;
-    info->diffusion_converged = diffusion.n_unsettled == 0 && !diffusion.stopped;
+    info->diffusion_converged = heat_value == NULL && g->settings.diffusion == LOXO_DIFFUSION_MARCHING &&
+                                diffusion.n_unsettled == 0 && !diffusion.stopped;
     info->diffusion_change = diffusion.change;
     info->n_nonpositive_heat = diffusion.n_nonpositive;
     if (diffusion.stopped) info->stop_reason = LOXO_STOP_MONITOR;
@@ -434,6 +443,8 @@ loxo_status loxo_geodesic_estimate(loxo_context *ctx, int64_t n_vertices, int64_
     if (ctx == NULL) return LOXO_ERR_ARGUMENT;
     if (n_vertices < 0 || n_faces < 0)
         return loxo_fail(ctx, LOXO_ERR_ARGUMENT, "geodesic: a negative number of vertices or faces");
+    if (n_vertices > LOXO_INDEX_MAX || n_faces > LOXO_INDEX_MAX / 3)
+        return loxo_fail(ctx, LOXO_ERR_LIMIT, "geodesic: more vertices or half-edges than ids");
     const loxo_status status = loxo_options_check(ctx, "geodesic", loxo_geodesic_options, &g.settings);
     if (status < 0) return status;
     g.m.n_vertices = n_vertices;

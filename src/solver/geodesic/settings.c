@@ -16,9 +16,11 @@ loxo_geodesic_settings loxo_geodesic_settings_default(void)
         .n_iterations = 10,       /* its I_max */
         .primal_tolerance = 1e-5, /* and its tolerances */
         .dual_tolerance = 1e-5,
-        .global_constraints = true,
+        /* As in the paper, off: within a few iterations their correction stays on the chains, and the distances that are
+         * summed across those get worse (kitten, genus 1: 0.93 % on, 0.72 % off). */
+        .global_constraints = false,
         .check_gradient_share = 0.6,
-        .check_breach = 2.0,
+        .check_breach = 1.5,
     };
 }
 
@@ -41,9 +43,8 @@ const loxo_option loxo_geodesic_options[] = {
     {.name = "time-factor",
      .type = LOXO_OPTION_DOUBLE,
      .offset = FIELD(time_factor),
-     .min = 0.0,
+     .min = 1e-6,
      .max = 1e8,
-     .exclusive_min = true,
      .help = "m of t = m h^2, h the mean edge length"},
     {.name = "diffusion-tolerance",
      .type = LOXO_OPTION_DOUBLE,

@@ -24,7 +24,7 @@ static double cell_change(const loxo_geodesic *g, int64_t cell)
         moved += weight * (step * step);
         size += weight * (g->value[2 * p] * g->value[2 * p]);
     }
-    return size > 0.0 ? sqrt(moved / size) : 0.0;
+    return size > 0.0 ? sqrt(moved / size) : size == 0.0 ? 0.0 : HUGE_VAL;
 }
 
 static double relax_cell(loxo_geodesic *g, int64_t cell, bool is_inward)
@@ -38,7 +38,7 @@ static double relax_cell(loxo_geodesic *g, int64_t cell, bool is_inward)
         moved += weight * (step * step);
         size += weight * (g->value[2 * p] * g->value[2 * p]);
     }
-    return size > 0.0 ? sqrt(moved / size) : 0.0;
+    return size > 0.0 ? sqrt(moved / size) : size == 0.0 ? 0.0 : HUGE_VAL;
 }
 
 static void wake_neighbours(const loxo_geodesic *g, int64_t cell, bool *awake)
@@ -81,6 +81,11 @@ void geodesic_settle(loxo_geodesic *g, double tolerance, diffusion_result *resul
     }
     for (int64_t p = 0; p < g->n_reached && n_updates > 0; ++p)
         g->value[2 * p + 1] = g->value[2 * p];
+    if (n_updates > 0) { /* what the march said of the levels that it gave up does not hold any more */
+        result->change = 0.0;
+        for (int64_t c = 0; c < n_cells; ++c)
+            result->change = fmax(result->change, cell_change(g, c));
+    }
     result->n_updates += n_updates;
     if (n_awake > 0 && !result->stopped) result->n_unsettled = n_awake;
 }
