@@ -137,7 +137,7 @@ TEST(optimal_for_other_penalties)
     surface s = surface_make(test_context, LOXO_SHAPE_TORUS, 120, NAN);
     for (int method = 0; method < 2; ++method) {
         check_optimal(&s, (loxo_geodesic_method)method, 10.0, 30000, one, 1, 2, 1e-8);
-        check_optimal(&s, (loxo_geodesic_method)method, 100.0, 100000, one, 1, 2, 1e-8);
+        check_optimal(&s, (loxo_geodesic_method)method, 100.0, 60000, one, 1, 2, 1e-8);
     }
     surface_destroy(&s);
 }
