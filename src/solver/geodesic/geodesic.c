@@ -308,7 +308,8 @@ static loxo_status judge(loxo_geodesic *g, const diffusion_result *diffusion, co
     if (diffusion->n_unsettled > 0)
         return loxo_fail(g->ctx, LOXO_NOT_CONVERGED,
                          "geodesic: the diffusion did not settle on about %" PRId64 " of %" PRId64 " vertices",
-                         64 * diffusion->n_unsettled, g->n_reached);
+                         64 * diffusion->n_unsettled < g->n_reached ? 64 * diffusion->n_unsettled : g->n_reached,
+                         g->n_reached);
     if (!info->check_passed)
         return loxo_fail(g->ctx, LOXO_CHECK_FAILED,
                          "geodesic: the distances do not pass their check: the gradient's length is off 1 by over a "
