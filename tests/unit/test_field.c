@@ -1,6 +1,13 @@
 /* SPDX-License-Identifier: MIT
  * Fields from .npy, text, GIFTI and PLY: every type and byte order, and bad files with status and place. */
 #include "io/field.h"
+#include "loxo_config.h"
+
+#ifdef LOXO_WITH_EXPAT
+#define ALL_FILES "f.npy", "f.csv", "f.shape.gii"
+#else
+#define ALL_FILES "f.npy", "f.csv"
+#endif
 #include "test.h"
 
 #include <loxo/io.h>
@@ -211,7 +218,7 @@ TEST(bad_text)
 /* Every writer of fields, and back. */
 TEST(fields_come_back)
 {
-    const char *names[] = {"f.npy", "f.csv", "f.shape.gii"};
+    const char *names[] = {ALL_FILES};
     double out[1000];
     for (int i = 0; i < 1000; ++i)
         out[i] = i % 7 == 0 ? (double)INFINITY : sqrt(i) * pow(10.0, i % 40 - 20);
@@ -259,7 +266,7 @@ TEST(exact_distances_beside_the_project)
 
 static loxo_status read_all(loxo_context *ctx, void *arg)
 {
-    const char *names[] = {"f.npy", "f.csv", "f.shape.gii"};
+    const char *names[] = {ALL_FILES};
     loxo_status status = LOXO_OK;
     (void)arg;
     for (size_t i = 0; i < sizeof names / sizeof names[0] && status >= 0; ++i) {
@@ -273,11 +280,11 @@ static loxo_status read_all(loxo_context *ctx, void *arg)
 
 TEST(every_allocation_may_fail)
 {
-    const char *names[] = {"f.npy", "f.csv", "f.shape.gii"};
+    const char *names[] = {ALL_FILES};
     double out[3000];
     for (int i = 0; i < 3000; ++i)
         out[i] = sqrt(i);
     for (size_t i = 0; i < sizeof names / sizeof names[0]; ++i)
         CHECK_OK(loxo_write_field(test_context, test_scratch(names[i]), "x", out, 3000, NULL));
-    CHECK(test_each_allocation_fails(read_all, NULL) >= 9);
+    CHECK(test_each_allocation_fails(read_all, NULL) >= 6);
 }
