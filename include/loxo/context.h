@@ -28,7 +28,7 @@ typedef struct loxo_context_settings {
     size_t memory_limit_bytes; /* 0: 80 % of what the machine or its control group grants */
     int n_threads;             /* 0: OMP_NUM_THREADS if that is a number, else the processors this process may use */
     loxo_isa isa;              /* LOXO_ISA_AUTO: the widest that the processor has */
-    loxo_allocator allocator;  /* {0}: malloc and free */
+    loxo_allocator allocator;  /* {0}: malloc, and pages of the system for large blocks */
     loxo_monitor_fn monitor;   /* may be NULL */
     void *monitor_user;
 } loxo_context_settings;

@@ -1,6 +1,10 @@
 /* SPDX-License-Identifier: MIT
  * Each block carries its size in front, so that release can meter it and a caller's allocator gets its bytes back.
- * Layout: [raw ... pad][header][payload, 64-byte aligned]. */
+ * Layout: [raw ... pad][header][payload, 64-byte aligned].
+ *
+ * Large blocks are pages of the system's own. From malloc they would come off the heap once its threshold has grown
+ * (glibc: up to 32 MiB), and what was released between others that stay would count as resident for good: some 20 bytes
+ * a vertex at a million. */
 #include "base/allocate.h"
 
 #include "base/arena.h"
@@ -11,23 +15,56 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define ALIGN       ((size_t)64)
-#define LARGE_BLOCK ((size_t)8 << 20)
-#define OVERHEAD    (2 * ALIGN) /* header and room to align, whatever the raw pointer's alignment */
+/* A sanitizer sees overruns of what malloc gave, and of nothing else. */
+#if defined(__SANITIZE_ADDRESS__)
+#define MAPS_LARGE_BLOCKS 0
+#elif defined(__has_feature)
+#if __has_feature(address_sanitizer)
+#define MAPS_LARGE_BLOCKS 0
+#endif
+#endif
+#ifndef MAPS_LARGE_BLOCKS
+#define MAPS_LARGE_BLOCKS 1
+#endif
+
+#define ALIGN    ((size_t)64)
+#define OVERHEAD (2 * ALIGN) /* header and room to align, whatever the raw pointer's alignment */
+#define LARGE_BLOCK                                                                                                    \
+    ((size_t)4 << 20) /* raw bytes; two large pages: below, mapping and faults cost more than they save */
 
 typedef struct block_header {
     void *raw;
     size_t n_bytes; /* of the payload; the raw block is OVERHEAD larger */
+    bool is_mapped;
 } block_header;
 
 static block_header *header_of(void *payload) { return (block_header *)(void *)((unsigned char *)payload - ALIGN); }
 
-static void *place_header(void *raw, size_t n_bytes)
+static void *place_header(void *raw, size_t n_bytes, bool is_mapped)
 {
     const uintptr_t start = (uintptr_t)raw;
     unsigned char *payload = (unsigned char *)raw + ((start + ALIGN + ALIGN - 1) / ALIGN * ALIGN - start);
-    *header_of(payload) = (block_header){raw, n_bytes};
+    *header_of(payload) = (block_header){raw, n_bytes, is_mapped};
     return payload;
+}
+
+/* A block of the default allocator with its header: the payload, or NULL. */
+static void *take_block(size_t n_bytes)
+{
+    const size_t raw_bytes = n_bytes + OVERHEAD;
+    void *raw = NULL;
+    if (MAPS_LARGE_BLOCKS && raw_bytes >= LARGE_BLOCK) raw = loxo_os_map(raw_bytes);
+    if (raw != NULL) return place_header(raw, n_bytes, true);
+    raw = malloc(raw_bytes);
+    return raw != NULL ? place_header(raw, n_bytes, false) : NULL;
+}
+
+static void give_block(block_header h)
+{
+    if (h.is_mapped)
+        loxo_os_unmap(h.raw, h.n_bytes + OVERHEAD);
+    else
+        free(h.raw);
 }
 
 /* Adds to the meter; false when the limit forbids it. */
@@ -70,14 +107,18 @@ void *loxo_allocate(loxo_context *ctx, int64_t count, size_t size)
         return NULL;
     }
     const loxo_allocator a = ctx->settings.allocator;
-    void *raw = a.allocate != NULL ? a.allocate(a.user, raw_bytes) : malloc(raw_bytes);
-    if (raw == NULL) {
+    void *payload = NULL;
+    if (a.allocate != NULL) {
+        void *raw = a.allocate(a.user, raw_bytes);
+        if (raw != NULL) payload = place_header(raw, n_bytes, false);
+    } else {
+        payload = take_block(n_bytes);
+    }
+    if (payload == NULL) {
         meter_sub(ctx, raw_bytes);
         loxo_fail(ctx, LOXO_ERR_MEMORY, "the allocator has no %zu bytes", raw_bytes);
-        return NULL;
     }
-    if (a.allocate == NULL && raw_bytes >= LARGE_BLOCK) loxo_os_prefer_large_pages(raw, raw_bytes);
-    return place_header(raw, n_bytes);
+    return payload;
 }
 
 void *loxo_allocate_zero(loxo_context *ctx, int64_t count, size_t size)
@@ -96,11 +137,11 @@ void loxo_release(loxo_context *ctx, void *block)
     if (a.release != NULL)
         a.release(a.user, h.raw, h.n_bytes + OVERHEAD);
     else
-        free(h.raw);
+        give_block(h);
 }
 
-/* With malloc: realloc, so that large blocks move by page tables. The payload's offset in the raw block may change. */
-static void *reallocate_raw(block_header h, void *old_payload, size_t n_bytes)
+/* realloc; the payload's offset in the raw block may change. */
+static void *reallocate_small(block_header h, void *old_payload, size_t n_bytes)
 {
     const size_t old_offset = (size_t)((unsigned char *)old_payload - (unsigned char *)h.raw);
     void *raw = realloc(h.raw, n_bytes + OVERHEAD);
@@ -109,7 +150,24 @@ static void *reallocate_raw(block_header h, void *old_payload, size_t n_bytes)
     const size_t offset = (start + ALIGN + ALIGN - 1) / ALIGN * ALIGN - start;
     const size_t kept = h.n_bytes < n_bytes ? h.n_bytes : n_bytes;
     if (offset != old_offset) memmove((unsigned char *)raw + offset, (unsigned char *)raw + old_offset, kept);
-    return place_header(raw, n_bytes);
+    return place_header(raw, n_bytes, false);
+}
+
+/* Large blocks move by page tables; one that becomes large or small is copied. */
+static void *reallocate_block(block_header h, void *old_payload, size_t n_bytes)
+{
+    const bool was_large = h.n_bytes + OVERHEAD >= LARGE_BLOCK, is_large = n_bytes + OVERHEAD >= LARGE_BLOCK;
+    if (h.is_mapped && is_large) {
+        void *raw = loxo_os_remap(h.raw, h.n_bytes + OVERHEAD, n_bytes + OVERHEAD);
+        if (raw != NULL) return place_header(raw, n_bytes, true);
+    } else if (!h.is_mapped && (!MAPS_LARGE_BLOCKS || was_large || !is_large)) {
+        return reallocate_small(h, old_payload, n_bytes);
+    }
+    void *moved = take_block(n_bytes);
+    if (moved == NULL) return NULL;
+    memcpy(moved, old_payload, h.n_bytes < n_bytes ? h.n_bytes : n_bytes);
+    give_block(h);
+    return moved;
 }
 
 void *loxo_reallocate(loxo_context *ctx, void *block, int64_t count, size_t size)
@@ -133,7 +191,7 @@ void *loxo_reallocate(loxo_context *ctx, void *block, int64_t count, size_t size
         refuse(ctx, n_bytes - h.n_bytes, "a growing array");
         return NULL;
     }
-    void *moved = reallocate_raw(h, block, n_bytes);
+    void *moved = reallocate_block(h, block, n_bytes);
     if (moved == NULL) {
         if (grows) meter_sub(ctx, n_bytes - h.n_bytes);
         loxo_fail(ctx, LOXO_ERR_MEMORY, "the allocator has no %zu bytes", raw_bytes);

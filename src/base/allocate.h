@@ -8,7 +8,7 @@
 /* As loxo_allocate, cleared. */
 void *loxo_allocate_zero(loxo_context *ctx, int64_t count, size_t size);
 /* Grows or shrinks a block of loxo_allocate, keeping the common part; block NULL allocates. On failure NULL is returned
- * and the old block still stands. Large blocks move by page tables, not by copying, with the default allocator. */
+ * and the old block still stands. With the default allocator large blocks move by page tables, not by copying. */
 void *loxo_reallocate(loxo_context *ctx, void *block, int64_t count, size_t size);
 /* LOXO_OK when n_bytes more would fit the limit now, else LOXO_ERR_MEMORY with a message that names what and the bytes. */
 loxo_status loxo_memory_check(loxo_context *ctx, size_t n_bytes, const char *what);

@@ -11,8 +11,15 @@ size_t loxo_os_peak_rss(void);     /* most resident bytes of this process so far
 size_t loxo_os_memory(void);       /* bytes of the machine, 0 when unknown */
 size_t loxo_os_memory_limit(void); /* what the control group grants, or loxo_os_memory() */
 int loxo_os_n_processors(void);    /* affinity and control-group quota, at least 1 */
-/* Asks for large pages under a big block that was just allocated: fewer faults at its first touch. A hint. */
-void loxo_os_prefer_large_pages(void *block, size_t n_bytes);
+
+/* Memory straight from the system, which has it back as soon as it is unmapped. It starts where a large page may, and
+ * large pages are asked for: fewer faults at its first touch. NULL when there is none; all bytes are zero. n_bytes > 0. */
+void *loxo_os_map(size_t n_bytes);
+/* Grows or shrinks it by page tables, without copying; it may move. NULL when that cannot be done: it then stands as it
+ * was. */
+void *loxo_os_remap(void *block, size_t old_bytes, size_t n_bytes);
+void loxo_os_unmap(void *block, size_t n_bytes);
+
 bool loxo_os_is_terminal(int fd);
 void loxo_os_yield(void); /* lets another thread have the processor */
 

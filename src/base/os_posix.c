@@ -17,8 +17,8 @@
 #include <time.h>
 #include <unistd.h>
 
+#define LARGE_PAGE ((size_t)2 << 20)
 /* Linux moves at most 0x7ffff000 bytes in one call; smaller slices also let a stop be seen. */
-#define LARGE_PAGE   ((size_t)2 << 20)
 #define MAX_TRANSFER ((size_t)1 << 30)
 
 double loxo_os_clock_s(void)
@@ -98,12 +98,55 @@ int loxo_os_n_processors(void)
 
 void loxo_os_yield(void) { (void)sched_yield(); }
 
-void loxo_os_prefer_large_pages(void *block, size_t n_bytes)
+/* n_bytes in whole pages; 0 when that does not fit. */
+static size_t whole_pages(size_t n_bytes)
 {
-    const uintptr_t large = (uintptr_t)LARGE_PAGE, start = (uintptr_t)block;
-    const uintptr_t begin = (start + large - 1) / large * large, end = (start + n_bytes) / large * large;
-    if (begin < end) (void)madvise((unsigned char *)block + (begin - start), end - begin, MADV_HUGEPAGE);
+    const long page = sysconf(_SC_PAGESIZE);
+    const size_t mask = page > 0 ? (size_t)page - 1 : 4095;
+    return n_bytes <= PTRDIFF_MAX - LARGE_PAGE - mask ? (n_bytes + mask) & ~mask : 0;
 }
+
+/* Address space that starts where a large page may; what is left over on both sides is given back. */
+static unsigned char *map_aligned(size_t size, int protection)
+{
+    unsigned char *raw = mmap(NULL, size + LARGE_PAGE, protection, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    if (raw == MAP_FAILED) return NULL;
+    const size_t before = (LARGE_PAGE - (uintptr_t)raw % LARGE_PAGE) % LARGE_PAGE;
+    if (before > 0) (void)munmap(raw, before);
+    (void)munmap(raw + before + size, LARGE_PAGE - before);
+    return raw + before;
+}
+
+void *loxo_os_map(size_t n_bytes)
+{
+    const size_t size = whole_pages(n_bytes);
+    void *block = size > 0 ? map_aligned(size, PROT_READ | PROT_WRITE) : NULL;
+#ifdef MADV_HUGEPAGE
+    if (block != NULL) (void)madvise(block, size, MADV_HUGEPAGE);
+#endif
+    return block;
+}
+
+void *loxo_os_remap(void *block, size_t old_bytes, size_t n_bytes)
+{
+#ifdef MREMAP_MAYMOVE
+    const size_t old_size = whole_pages(old_bytes), size = whole_pages(n_bytes);
+    if (size == 0) return NULL;
+    void *moved = mremap(block, old_size, size, 0);
+    if (moved != MAP_FAILED) return moved;
+    /* To a place of the same alignment, so that large pages move as they are. */
+    void *place = map_aligned(size, PROT_NONE);
+    if (place == NULL) return NULL;
+    moved = mremap(block, old_size, size, MREMAP_MAYMOVE | MREMAP_FIXED, place);
+    if (moved != MAP_FAILED) return moved;
+    (void)munmap(place, size);
+#else
+    (void)block, (void)old_bytes, (void)n_bytes;
+#endif
+    return NULL;
+}
+
+void loxo_os_unmap(void *block, size_t n_bytes) { (void)munmap(block, whole_pages(n_bytes)); }
 
 bool loxo_os_is_terminal(int fd) { return isatty(fd) == 1; }
 

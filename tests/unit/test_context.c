@@ -153,6 +153,69 @@ TEST(reallocate_keeps_the_common_part)
     CHECK(test_each_allocation_fails(grow_and_shrink, NULL) >= 7);
 }
 
+/* Bytes of this process that are in memory now; 0 where nobody tells. */
+static size_t resident_bytes(void)
+{
+    FILE *file = fopen("/proc/self/statm", "r");
+    unsigned long size = 0, resident = 0;
+    if (file == NULL) return 0;
+    const int n = fscanf(file, "%lu %lu", &size, &resident);
+    fclose(file);
+    return n == 2 ? resident * (size_t)sysconf(_SC_PAGESIZE) : 0;
+}
+
+TEST(large_blocks_keep_their_content_on_every_way_between_sizes)
+{
+    static const int64_t sizes[] = {1000, 3 << 20, 5 << 20, 40 << 20, 6 << 20, 2 << 20, 9 << 20, 10};
+    uint64_t *block = NULL;
+    int64_t common = 0;
+    for (size_t i = 0; i < sizeof sizes / sizeof *sizes; ++i) {
+        const int64_t n = sizes[i] / (int64_t)sizeof *block;
+        block = loxo_reallocate(test_context, block, n, sizeof *block);
+        CHECK(block != NULL);
+        CHECK_EQUAL((uintptr_t)block % 64, 0);
+        CHECK_EQUAL(loxo_context_memory(test_context).current_bytes, (size_t)n * sizeof *block + 128);
+        for (int64_t k = 0; k < (common < n ? common : n); ++k)
+            CHECK(block[k] == (uint64_t)k * 5);
+        for (int64_t k = 0; k < n; ++k)
+            block[k] = (uint64_t)k * 5;
+        common = n;
+    }
+    loxo_release(test_context, block);
+    uint64_t *zero = loxo_allocate_zero(test_context, 1 << 20, sizeof *zero);
+    CHECK(zero != NULL);
+    for (int64_t k = 0; k < 1 << 20; ++k)
+        CHECK(zero[k] == 0);
+    loxo_release(test_context, zero);
+}
+
+#if defined(__SANITIZE_ADDRESS__) /* keeps what was released, to see who still uses it */
+#define RELEASED_GOES_BACK false
+#elif defined(__has_feature)
+#define RELEASED_GOES_BACK (!__has_feature(address_sanitizer) && !__has_feature(thread_sanitizer))
+#else
+#define RELEASED_GOES_BACK true
+#endif
+
+TEST(released_large_blocks_are_no_longer_resident)
+{
+    const int64_t n = 8 << 20;
+    unsigned char *block[6];
+    /* glibc's malloc takes blocks of this size off its heap once one of them was freed. */
+    for (int i = 0; i < 6; ++i) {
+        block[i] = loxo_allocate(test_context, n, 1);
+        CHECK(block[i] != NULL);
+        memset(block[i], 1, (size_t)n);
+        if (i == 0) loxo_release(test_context, block[0]);
+    }
+    const size_t before = resident_bytes();
+    for (int i = 1; i < 5; ++i) /* the last one stays, on top */
+        loxo_release(test_context, block[i]);
+    const size_t after = resident_bytes();
+    loxo_release(test_context, block[5]);
+    CHECK(!RELEASED_GOES_BACK || before == 0 || after + 3 * (size_t)n < before);
+}
+
 TEST(arena_plans_then_hands_out_the_same_places)
 {
     loxo_arena arena = {0};
