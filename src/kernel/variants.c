@@ -14,30 +14,23 @@ static void relax_blocks(const k_row *row, const k_entry *entry, double *value, 
     }
 }
 
-/* Asks for what the faces some way ahead will look up; faces are ordered by their vertices, about two to one. */
-static inline void prefetch_corners(const loxo_mesh_view *m, const double *value, const int32_t *scale, int64_t f)
-{
-    const int64_t v = (int64_t)m->halfedge_vertex[3 * f] + K_AHEAD / 2;
-    if (v >= m->n_vertices) return;
-    __builtin_prefetch(&value[v], 0, 2);
-    __builtin_prefetch(&scale[v], 0, 2);
-    if (m->position != NULL)
-        __builtin_prefetch(&m->position[v], 0, 2);
-    else
-        __builtin_prefetch(&m->position_float[v], 0, 2);
-}
-
 static void face_differences(const loxo_mesh_view *m, const double *value, const int32_t *scale, int64_t begin,
                              int64_t end, double *difference)
 {
-    for (int64_t f = begin; f < end; ++f) {
-        const loxo_index *corner = &m->halfedge_vertex[3 * f];
-        prefetch_corners(m, value, scale, f);
-        const loxo_vec3 a = k_position(m, corner[0]), b = k_position(m, corner[1]), c = k_position(m, corner[2]);
-        const loxo_vec3 h = k_heat_descent(m, corner, value, scale);
-        difference[3 * f] = v3_dot(h, v3_sub(b, a));
-        difference[3 * f + 1] = v3_dot(h, v3_sub(c, b));
-        difference[3 * f + 2] = v3_dot(h, v3_sub(a, c));
+    k_face_batch b;
+    double d[3][K_BATCH];
+    for (int64_t f = begin; f < end; f += K_BATCH) {
+        const int64_t n = end - f < K_BATCH ? end - f : K_BATCH;
+        k_gather_batch(m, value, scale, f, n, &b);
+        for (int i = 0; i < K_BATCH; ++i) {
+            double own[3];
+            k_batch_differences(&b, i, own);
+            for (int k = 0; k < 3; ++k)
+                d[k][i] = own[k];
+        }
+        for (int64_t i = 0; i < n; ++i)
+            for (int k = 0; k < 3; ++k)
+                difference[3 * (f + i) + k] = d[k][i];
     }
 }
 
@@ -45,7 +38,7 @@ static void face_directions(const loxo_mesh_view *m, const double *value, const 
                             int64_t end, double (*direction)[3])
 {
     for (int64_t f = begin; f < end; ++f) {
-        prefetch_corners(m, value, scale, f);
+        k_prefetch_corners(m, value, scale, f);
         v3_store(direction[f], k_heat_descent(m, &m->halfedge_vertex[3 * f], value, scale));
     }
 }

@@ -85,6 +85,75 @@ TEST(same_bits_sweeps_many_sources)
     check_ladder(LOXO_SHAPE_NOISY, 20000, LOXO_GEODESIC_EDGE, LOXO_DIFFUSION_SWEEPS, 40);
 }
 
+/* Vertices of no face before all others: the first parts have no faces. */
+static loxo_soup soup_with_idle_vertices(loxo_shape shape, int64_t n_vertices, int64_t n_idle)
+{
+    loxo_soup soup = soup_make(test_context, shape, n_vertices, NAN);
+    const int64_t n = soup.n_vertices;
+    double *position = loxo_allocate(test_context, 3 * (n + n_idle), sizeof *position);
+    memset(position, 0, (size_t)(3 * n_idle) * sizeof *position);
+    memcpy(position + 3 * n_idle, soup.position, (size_t)(3 * n) * sizeof *position);
+    loxo_release(test_context, soup.position);
+    soup.position = position;
+    soup.n_vertices = n + n_idle;
+    for (int64_t i = 0; i < 3 * soup.n_faces; ++i)
+        soup.triangle[i] = (loxo_index)(soup.triangle[i] + n_idle);
+    return soup;
+}
+
+/* The recovery goes part by part; how large the parts are is no part of the answer. */
+static void check_parts(loxo_order order, int64_t n_idle, loxo_shape shape, int64_t n_sources, bool is_constrained,
+                        const size_t *part_bytes, int n_sizes)
+{
+    NEEDS_IDS(6 * 4000);
+    loxo_soup soup = soup_with_idle_vertices(shape, 4000, n_idle);
+    const loxo_mesh_arrays arrays = loxo_soup_arrays(&soup);
+    double *distance = loxo_allocate(test_context, soup.n_vertices, sizeof *distance);
+    uint64_t reference[2] = {0, 0};
+    for (int i = 0; i < 3 * n_sizes; ++i) {
+        static const int threads[] = {1, 2, 5};
+        loxo_mesh_settings mesh_settings = loxo_mesh_settings_default();
+        loxo_index sources[3] = {(loxo_index)n_idle, (loxo_index)(n_idle + 1500), (loxo_index)(n_idle + 3000)};
+        loxo_context *ctx = test_context_with_threads(threads[i % 3]);
+        loxo_mesh *mesh;
+        mesh_settings.order = order;
+        mesh_settings.part_bytes = part_bytes[i / 3];
+        CHECK_STATUS(ctx, loxo_mesh_create(ctx, &arrays, LOXO_COPY, &mesh_settings, NULL, &mesh), LOXO_OK);
+        for (int method = 0; method < 2; ++method) {
+            loxo_geodesic_settings settings = unjudged_settings((loxo_geodesic_method)method);
+            loxo_geodesic_info info;
+            settings.global_constraints = is_constrained;
+            settings.n_iterations = 23; /* tests for stopping between, and a remainder */
+            CHECK_STATUS(ctx, loxo_geodesic_distance(ctx, mesh, &settings, sources, n_sources, distance, &info),
+                         LOXO_OK);
+            const double told[] = {info.residual, info.dual_residual, info.objective, info.constraint_residual};
+            const uint64_t hash =
+                test_hash(distance, (size_t)soup.n_vertices * sizeof *distance) ^ test_hash(told, sizeof told);
+            if (i == 0) reference[method] = hash;
+            CHECK(hash == reference[method]);
+        }
+        loxo_mesh_destroy(mesh);
+        loxo_context_destroy(ctx);
+    }
+    loxo_release(test_context, distance);
+    loxo_soup_destroy(test_context, &soup);
+}
+
+static const size_t part_sizes[] = {1, 20000, 77777, 0, (size_t)1 << 40};
+
+TEST(size_of_parts_does_not_matter) { check_parts(LOXO_ORDER_HILBERT, 0, LOXO_SHAPE_NOISY, 1, false, part_sizes, 5); }
+
+TEST(size_of_parts_does_not_matter_with_chains)
+{
+    check_parts(LOXO_ORDER_HILBERT, 0, LOXO_SHAPE_TORUS, 3, true, part_sizes, 5);
+}
+
+TEST(parts_without_faces_do_not_matter)
+{
+    check_parts(LOXO_ORDER_HILBERT, 500, LOXO_SHAPE_ANNULUS, 3, false, part_sizes, 5);
+    check_parts(LOXO_ORDER_GIVEN, 500, LOXO_SHAPE_CYLINDER, 1, false, part_sizes, 4);
+}
+
 /* One object, two source sets by turns, both methods: nothing of a solve is left to the next. */
 TEST(solves_do_not_remember)
 {

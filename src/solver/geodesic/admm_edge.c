@@ -4,6 +4,7 @@
 #include "kernel/admm_kernel.h"
 #include "par/range.h"
 #include "solver/geodesic/chains.h"
+#include "solver/geodesic/tree.h"
 
 #include <string.h>
 
@@ -23,46 +24,36 @@ static double from_potential(const loxo_geodesic *g, loxo_index h, const double 
     return t < 0 ? potential[h / 3] : 0.5 * (potential[h / 3] - potential[t / 3]);
 }
 
-/* Around each face, the sum of hbar. */
-static void find_closures(loxo_geodesic *g)
+/* hbar along the tree's edges to vertices begin..end-1, outward, into the second value of their places. */
+static void keep_tree_averages(const loxo_geodesic *g, int64_t begin, int64_t end)
 {
-    const int64_t n_faces = g->m.n_faces;
-#pragma omp parallel num_threads(loxo_threads_for(g->ctx, n_faces, 5.0))
-    {
-        const loxo_range r = loxo_thread_range(n_faces);
-        for (int64_t f = r.begin; f < r.end; ++f) {
-            if (f + K_AHEAD < n_faces) __builtin_prefetch(&g->difference[3 * (f + K_AHEAD)], 0, 2);
-            g->closure[f] = average_of(g, (loxo_index)(3 * f)) + average_of(g, (loxo_index)(3 * f + 1)) +
-                            average_of(g, (loxo_index)(3 * f + 2));
-        }
+    for (int64_t v = begin; v < end; ++v) {
+        tree_edge e;
+        geodesic_prefetch_place(g, v);
+        if (!geodesic_tree_edge(g, v, &e)) continue;
+        g->value[2 * e.place + 1] = e.halfedge < 0 ? 0.0 : e.sign * average_of(g, e.halfedge);
     }
 }
 
-/* hbar along the tree's edges, outward, into the second value of every place: the differences are then free to go. */
-static void keep_tree_averages(loxo_geodesic *g)
-{
-#pragma omp parallel num_threads(loxo_threads_for(g->ctx, g->n_reached, 10.0))
-    {
-        const loxo_range r = loxo_thread_range(g->n_reached);
-        for (int64_t p = r.begin; p < r.end; ++p) {
-            const loxo_index h = g->parent[p];
-            double x = 0.0;
-            if (h >= 0) x = g->m.halfedge_vertex[h] == g->order[p] ? -average_of(g, h) : average_of(g, h);
-            g->value[2 * p + 1] = x;
-        }
-    }
-}
-
-/* Half the squared distance between the targets of the two sides: what (20) keeps whatever x is. */
-static void partial_disagreement(int64_t begin, int64_t end, const void *arg, double *sums)
+/* All that is taken from the differences of faces begin..end-1 before their memory goes to ADMM, while they are in
+ * cache: around each face the sum of hbar, what the tree needs of the vertices of these faces, and in sums half the
+ * squared distance between the targets of an edge's two sides, which (20) keeps whatever x is. */
+static void close_faces(int64_t begin, int64_t end, const void *arg, double *sums)
 {
     const loxo_geodesic *g = arg;
-    for (int64_t h = begin; h < end; ++h) {
-        const loxo_index t = g->m.halfedge_twin[h];
-        if (t < 0 || t < h) continue;
-        const double d = g->difference[h] + g->difference[t];
-        sums[0] += 0.25 * d * d;
+    const double *d = g->difference;
+    for (int64_t f = begin; f < end; ++f) {
+        double closure = 0.0;
+        if (f + K_AHEAD < g->m.n_faces) __builtin_prefetch(&d[3 * (f + K_AHEAD)], 0, 2);
+        for (int64_t h = 3 * f; h < 3 * f + 3; ++h) {
+            const loxo_index t = g->m.halfedge_twin[h];
+            const double other = t < 0 ? -d[h] : d[t], both = d[h] + other;
+            closure += 0.5 * (d[h] - other);
+            if (t > h) sums[0] += 0.25 * both * both;
+        }
+        g->closure[f] = closure;
     }
+    keep_tree_averages(g, geodesic_vertices_before(g, begin), geodesic_vertices_before(g, end));
 }
 
 typedef struct residual_arg {
@@ -150,19 +141,9 @@ static void update_chains(loxo_geodesic *g, const loxo_chains *chains, special_e
     }
 }
 
-/* The differences that came out, along the tree's edges. */
+/* The differences that came out, along the tree's edges; its half-edges become places. */
 static void finish_tree(loxo_geodesic *g, const special_edges *s, const double *potential)
 {
-#pragma omp parallel num_threads(loxo_threads_for(g->ctx, g->n_reached, 10.0))
-    {
-        const loxo_range r = loxo_thread_range(g->n_reached);
-        for (int64_t p = r.begin; p < r.end; ++p) {
-            const loxo_index h = g->parent[p];
-            if (h < 0) continue;
-            const double x = from_potential(g, h, potential);
-            g->value[2 * p + 1] += g->m.halfedge_vertex[h] == g->order[p] ? -x : x;
-        }
-    }
     for (int64_t i = 0; i < s->n; ++i) {
         const loxo_index h = s->edge[i].halfedge, t = g->m.halfedge_twin[h];
         const loxo_index ends[2] = {g->m.halfedge_vertex[h], k_head(&g->m, h)};
@@ -170,6 +151,17 @@ static void finish_tree(loxo_geodesic *g, const special_edges *s, const double *
             const int64_t p = g->rank[ends[k]];
             if (p < 0 || g->parent[p] < 0 || (g->parent[p] != h && g->parent[p] != t)) continue;
             g->value[2 * p + 1] += k == 1 ? s->edge[i].correction : -s->edge[i].correction;
+        }
+    }
+#pragma omp parallel num_threads(loxo_threads_for(g->ctx, g->m.n_vertices, 5.0))
+    {
+        const loxo_range r = loxo_thread_range(g->m.n_vertices);
+        for (int64_t v = r.begin; v < r.end; ++v) {
+            tree_edge e;
+            geodesic_prefetch_place(g, v);
+            if (!geodesic_tree_edge(g, v, &e) || e.halfedge < 0) continue;
+            g->value[2 * e.place + 1] += e.sign * from_potential(g, e.halfedge, potential);
+            g->parent[e.place] = g->rank[e.parent];
         }
     }
 }
@@ -199,9 +191,7 @@ loxo_status geodesic_recover_edge(loxo_geodesic *g, const loxo_chains *chains, l
         const loxo_range r = loxo_thread_range(n_faces);
         g->kernels->face_differences(&g->m, g->vertex_value, g->vertex_scale, r.begin, r.end, g->difference);
     }
-    find_closures(g);
-    keep_tree_averages(g);
-    if ((status = loxo_sum(g->ctx, 3 * n_faces, 1, partial_disagreement, g, &disagreement)) < 0) return status;
+    if ((status = loxo_sum(g->ctx, n_faces, 1, close_faces, g, &disagreement)) < 0) return status;
     if (chains->n_chains > 0) {
         if ((status = special_edges_create(g->ctx, &g->m, chains, &s)) < 0) return status;
         start_chains(g, chains, &s);

@@ -6,6 +6,7 @@
 #include "kernel/descent_kernel.h"
 #include "par/range.h"
 #include "solver/geodesic/chains.h"
+#include "solver/geodesic/tree.h"
 
 #include <string.h>
 
@@ -170,22 +171,25 @@ static void update_chains(loxo_geodesic *g, const loxo_chains *chains, face_chai
     }
 }
 
-/* (18): the step along a tree's edge, mean over the faces beside it. */
+/* (18): the step along a tree's edge, mean over the faces beside it; its half-edges become places. */
 static void finish_tree(loxo_geodesic *g, const double (*gradient)[3])
 {
-#pragma omp parallel num_threads(loxo_threads_for(g->ctx, g->n_reached, 20.0))
+#pragma omp parallel num_threads(loxo_threads_for(g->ctx, g->m.n_vertices, 10.0))
     {
-        const loxo_range r = loxo_thread_range(g->n_reached);
-        for (int64_t p = r.begin; p < r.end; ++p) {
-            const loxo_index h = g->parent[p], t = h >= 0 ? g->m.halfedge_twin[h] : -1;
+        const loxo_range r = loxo_thread_range(g->m.n_vertices);
+        for (int64_t v = r.begin; v < r.end; ++v) {
+            tree_edge edge;
             double x = 0.0;
-            if (h >= 0) {
-                const loxo_vec3 e = halfedge_vector(g, h);
+            geodesic_prefetch_place(g, v);
+            if (!geodesic_tree_edge(g, v, &edge)) continue;
+            if (edge.halfedge >= 0) {
+                const loxo_index h = edge.halfedge, t = g->m.halfedge_twin[h];
+                const loxo_vec3 e = v3_scale(edge.sign, halfedge_vector(g, h));
                 x = v3_dot(e, v3_load(gradient[h / 3]));
                 if (t >= 0) x = 0.5 * (x + v3_dot(e, v3_load(gradient[t / 3])));
-                if (g->m.halfedge_vertex[h] == g->order[p]) x = -x;
+                g->parent[edge.place] = g->rank[edge.parent];
             }
-            g->value[2 * p + 1] = x;
+            g->value[2 * edge.place + 1] = x;
         }
     }
 }

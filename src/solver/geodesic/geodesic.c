@@ -5,7 +5,7 @@
 #include "base/os.h"
 #include "kernel/descent_kernel.h"
 #include "par/range.h"
-#include "solver/geodesic/geodesic_internal.h"
+#include "solver/geodesic/tree.h"
 
 #include <inttypes.h>
 #include <stdlib.h>
@@ -56,15 +56,18 @@ static void lay_out(loxo_geodesic *g)
 
     loxo_arena_release(a, mark);
     if (g->settings.method == LOXO_GEODESIC_EDGE) {
+        g->vertex_value = loxo_arena_take(a, n, sizeof *g->vertex_value);
+        g->vertex_scale = loxo_arena_take(a, n, sizeof *g->vertex_scale);
+        const size_t heat_end = loxo_arena_mark(a);
+        loxo_arena_release(a, mark);
         g->closure = loxo_arena_take(a, n_faces, sizeof *g->closure);
-        const size_t start = loxo_arena_mark(a);
+        const size_t closure_end = loxo_arena_mark(a), start = closure_end > heat_end ? closure_end : heat_end;
+        loxo_arena_release(a, start);
+        g->difference = loxo_arena_take(a, 3 * n_faces, sizeof *g->difference);
+        loxo_arena_release(a, start);
         g->multiplier = loxo_arena_take(a, n_faces, sizeof *g->multiplier);
         g->potential[0] = loxo_arena_take(a, n_faces, sizeof *g->potential[0]);
         g->potential[1] = loxo_arena_take(a, n_faces, sizeof *g->potential[1]);
-        loxo_arena_release(a, start);
-        g->difference = loxo_arena_take(a, 3 * n_faces, sizeof *g->difference);
-        g->vertex_value = loxo_arena_take(a, n, sizeof *g->vertex_value);
-        g->vertex_scale = loxo_arena_take(a, n, sizeof *g->vertex_scale);
     } else {
         g->face_area = loxo_arena_take(a, n_faces, sizeof *g->face_area);
         g->target = loxo_arena_take(a, n_faces, sizeof *g->target);
@@ -254,7 +257,11 @@ void geodesic_heat_to_vertices(loxo_geodesic *g)
     {
         const loxo_range r = loxo_thread_range(n);
         for (int64_t v = r.begin; v < r.end; ++v) {
-            const int64_t p = g->rank[v];
+            const int64_t p = g->rank[v], next = v + PLACES_AHEAD < n ? g->rank[v + PLACES_AHEAD] : -1;
+            if (next >= 0) {
+                __builtin_prefetch(&g->value[2 * next], 0, 2);
+                __builtin_prefetch(&g->scale[next], 0, 2);
+            }
             g->vertex_value[v] = p >= 0 ? g->value[2 * p] : 0.0;
             g->vertex_scale[v] = p >= 0 ? g->scale[p] : K_NOT_REACHED;
         }
@@ -268,8 +275,11 @@ static void distances_to_vertices(loxo_geodesic *g)
 #pragma omp parallel num_threads(loxo_threads_for(g->ctx, n, 5.0))
     {
         const loxo_range r = loxo_thread_range(n);
-        for (int64_t v = r.begin; v < r.end; ++v)
-            g->distance[v] = g->rank[v] >= 0 ? g->value[2 * (int64_t)g->rank[v] + 1] : HUGE_VAL;
+        for (int64_t v = r.begin; v < r.end; ++v) {
+            const int64_t p = g->rank[v], next = v + PLACES_AHEAD < n ? g->rank[v + PLACES_AHEAD] : -1;
+            if (next >= 0) __builtin_prefetch(&g->value[2 * next + 1], 0, 2);
+            g->distance[v] = p >= 0 ? g->value[2 * p + 1] : HUGE_VAL;
+        }
     }
 }
 

@@ -36,7 +36,8 @@ struct loxo_geodesic {
     /* breadth-first levels of the current sources: 4 arrays of 4 bytes a vertex */
     loxo_index *order;  /* [n_vertices] place -> vertex; the reached ones first */
     loxo_index *rank;   /* [n_vertices] vertex -> place; -1 not reached */
-    loxo_index *parent; /* [n_vertices] place -> half-edge between it and the vertex that found it; -1 at sources */
+    loxo_index *parent; /* [n_vertices] place -> half-edge between it and the vertex that found it; -1 at sources. The
+                           recovery ends with the place of that vertex there */
     loxo_index *level_begin; /* [n_vertices + 1] level -> its first place */
     int64_t n_levels, n_reached;
 
@@ -56,7 +57,7 @@ struct loxo_geodesic {
     double *distance;      /* [n_vertices] the result in the mesh's order, over closure or face_area */
 
     /* edge-based recovery, over the same stretch; see admm_edge.c */
-    double *closure;      /* [n_faces] */
+    double *closure;      /* [n_faces], over vertex_value and vertex_scale */
     double *multiplier;   /* [n_faces] */
     double *potential[2]; /* [n_faces] */
     double *difference;   /* [3 n_faces], over multiplier and potential, before ADMM begins */
@@ -94,7 +95,8 @@ void geodesic_link_outward(loxo_geodesic *g, int64_t level, int64_t begin, int64
 /* Chains of global constraints: cycles of the mesh and paths between sources. */
 loxo_status geodesic_find_chains(loxo_geodesic *g, int64_t n_sources, loxo_chains *chains);
 
-/* admm_edge.c, admm_face.c: from the heat to differences along the tree's edges, in value[2 p + 1]. */
+/* admm_edge.c, admm_face.c: from the heat to differences along the tree's edges, in value[2 p + 1], and from half-edges
+ * to places in parent. */
 loxo_status geodesic_recover_edge(loxo_geodesic *g, const loxo_chains *chains, loxo_geodesic_info *info);
 loxo_status geodesic_recover_face(loxo_geodesic *g, const loxo_chains *chains, loxo_geodesic_info *info);
 

@@ -1,26 +1,34 @@
 /* SPDX-License-Identifier: MIT
  * Integration (section 3.3): distances add up along the breadth-first tree, level by level. */
 #include "par/range.h"
-#include "solver/geodesic/geodesic_internal.h"
+#include "solver/geodesic/tree.h"
 
 #define MIN_LEVEL_PER_THREAD 4096 /* an addition a vertex: smaller levels are not worth a barrier */
 
-/* From the differences along the tree's edges in value[2 p + 1] to distances there. The half-edge to the parent is
- * replaced by the parent's place first, so that the sums run through memory in order. */
+int64_t geodesic_vertices_before(const loxo_geodesic *g, int64_t f)
+{
+    const loxo_mesh_view *m = &g->m;
+    int64_t low = 0, high = m->n_parts; /* part_face[low] <= f < part_face[high] */
+    if (f <= 0) return 0;
+    if (f >= m->n_faces) return m->n_vertices;
+    while (high - low > 1) {
+        const int64_t middle = low + (high - low) / 2;
+        if (m->part_face[middle] <= f)
+            low = middle;
+        else
+            high = middle;
+    }
+    const int64_t n_vertices = m->part_vertex[high] - m->part_vertex[low];
+    const double share = (double)(f - m->part_face[low]) / (double)(m->part_face[high] - m->part_face[low]);
+    return m->part_vertex[low] + (int64_t)(share * (double)n_vertices);
+}
+
+/* From the differences along the tree's edges in value[2 p + 1] to distances there; parent holds places by now, so that
+ * the sums run through memory in order. */
 void geodesic_integrate(loxo_geodesic *g)
 {
-    const int64_t n = g->n_reached, per_level = n / g->n_levels;
-    int n_threads = loxo_threads_for(g->ctx, n, 10.0);
-#pragma omp parallel num_threads(n_threads)
-    {
-        const loxo_range r = loxo_thread_range(n);
-        for (int64_t p = r.begin; p < r.end; ++p) {
-            const loxo_index h = g->parent[p];
-            if (h < 0) continue;
-            const loxo_index start = g->m.halfedge_vertex[h];
-            g->parent[p] = g->rank[start == g->order[p] ? k_head(&g->m, h) : start];
-        }
-    }
+    const int64_t per_level = g->n_reached / g->n_levels;
+    int n_threads = loxo_threads_for(g->ctx, g->n_reached, 10.0);
     if (per_level / MIN_LEVEL_PER_THREAD < n_threads) n_threads = (int)(per_level / MIN_LEVEL_PER_THREAD);
     if (n_threads < 1) n_threads = 1;
 #pragma omp parallel num_threads(n_threads)
