@@ -208,7 +208,8 @@ LOXO_API loxo_mesh_view loxo_mesh_get_view(const loxo_mesh *mesh);
 /* The mesh's own number of every caller's vertex, [loxo_mesh_n_vertices] out: of a welded one that of the vertex it
  * became, of a split one that of its first copy. LOXO_OK, LOXO_ERR_ARGUMENT (NULL). */
 LOXO_API loxo_status loxo_mesh_vertex_order(const loxo_mesh *mesh, loxo_index *original_to_mesh);
-/* Bytes that loxo_mesh_create will hold and need at its peak. Nothing is allocated. */
+/* Bytes that loxo_mesh_create will hold and need at its peak, at most: LOXO_ORDER_AUTO may turn out to need no
+ * permutation. Nothing is allocated. */
 LOXO_API loxo_status loxo_mesh_estimate(int64_t n_vertices, int64_t n_faces, bool is_float,
                                         const loxo_mesh_settings *settings, size_t *mesh_bytes, size_t *peak_bytes);
 

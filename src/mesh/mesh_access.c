@@ -72,23 +72,22 @@ loxo_status loxo_mesh_estimate(int64_t n_vertices, int64_t n_faces, bool is_floa
     const size_t id = sizeof(loxo_index), position = 3 * (is_float ? sizeof(float) : sizeof(double));
     if (n_vertices < 0 || n_faces < 0) return LOXO_ERR_ARGUMENT;
 
-    double mesh = 0.0, peak;
-    add_bytes(&mesh, n_vertices, position + id); /* positions, vertex_halfedge */
-    add_bytes(&mesh, n_faces, 6 * id);           /* halfedge_vertex, halfedge_twin */
+    double mesh = 0.0, moved = 0.0, peak = 64 * 1024;                    /* parts, small blocks */
+    add_bytes(&mesh, n_vertices, position + id);                         /* positions, vertex_halfedge */
+    add_bytes(&mesh, n_faces, 6 * id);                                   /* halfedge_vertex, halfedge_twin */
+    if (s->order != LOXO_ORDER_GIVEN) add_bytes(&moved, n_vertices, id); /* the permutation */
+    if (s->repair) add_bytes(&moved, n_vertices, 2 * id);                /* what became of each vertex, both ways */
+    mesh += moved;
     /* Most is held while half-edges are matched: buckets instead of vertex_halfedge, and what the order added. */
-    peak = mesh;
+    peak += mesh;
     add_bytes(&peak, n_vertices, sizeof(int64_t));
     add_bytes(&peak, n_faces, 3 * id);
-    if (s->order != LOXO_ORDER_GIVEN) {
-        add_bytes(&peak, n_vertices, id); /* the permutation */
-        add_bytes(&peak, n_faces, id);    /* the caller's numbers of faces, for messages */
-    }
+    if (s->order != LOXO_ORDER_GIVEN) add_bytes(&peak, n_faces, id); /* the caller's numbers of faces, for messages */
     if (s->order == LOXO_ORDER_METIS || s->order == LOXO_ORDER_METIS_ND) add_bytes(&peak, n_vertices, 130);
     if (s->repair) {
-        add_bytes(&peak, n_vertices, position + 3 * id); /* old and new positions, maps both ways */
-        add_bytes(&peak, n_faces, 3 * id);               /* old and new faces */
+        add_bytes(&peak, n_vertices, position + id); /* old and new positions, another map */
+        add_bytes(&peak, n_faces, 3 * id);           /* old and new faces */
     }
-    peak += 64 * 1024; /* parts, small blocks */
     if (peak > 0x1p62) return LOXO_ERR_LIMIT;
     if (mesh_bytes != NULL) *mesh_bytes = (size_t)mesh;
     if (peak_bytes != NULL) *peak_bytes = (size_t)peak;

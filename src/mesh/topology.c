@@ -281,6 +281,14 @@ done:
     return status;
 }
 
+size_t loxo_cycle_basis_bytes(int64_t n_vertices, int64_t n_faces, int64_t n_boundary_edges)
+{
+    const int64_t n_nodes = n_faces + n_boundary_edges, n_queue = n_nodes > n_vertices ? n_nodes : n_vertices;
+    const int64_t n_elements = n_vertices / 4 + MIN_ELEMENTS; /* of all chains; their arrays grow by doubling */
+    return (size_t)(2 * n_vertices + n_queue) * sizeof(loxo_index) + (size_t)(4 * n_faces) +
+           (size_t)(2 * n_elements) * (sizeof(loxo_index) + sizeof(int8_t));
+}
+
 void loxo_chains_destroy(loxo_context *ctx, loxo_chains *chains)
 {
     loxo_release(ctx, chains->sign);

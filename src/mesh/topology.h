@@ -20,9 +20,11 @@ typedef struct loxo_chains {
  * counted: surfaces of high genus would need chains longer than the mesh.
  *   out      freed by loxo_chains_destroy; all NULL where there is none
  * returns  LOXO_OK, LOXO_ERR_MEMORY
- * cost     linear in the mesh plus the chains' length; 18 bytes a vertex of workspace
+ * cost     linear in the mesh plus the chains' length; 24 bytes a vertex of workspace
  * source   Eppstein 2003, Dynamic Generators of Topologically Embedded Graphs (tree-cotree decomposition) */
 loxo_status loxo_cycle_basis(loxo_context *ctx, const loxo_mesh_view *mesh, loxo_chains *out);
+/* Bytes that it takes at most while it works. */
+size_t loxo_cycle_basis_bytes(int64_t n_vertices, int64_t n_faces, int64_t n_boundary_edges);
 void loxo_chains_destroy(loxo_context *ctx, loxo_chains *chains);
 
 #endif

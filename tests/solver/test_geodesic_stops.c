@@ -54,8 +54,8 @@ TEST(estimate_is_what_is_taken)
             CHECK_OK(loxo_geodesic_estimate(test_context, s.soup.n_vertices, s.soup.n_faces, &settings, &bytes, NULL));
             if (shapes[i] != LOXO_SHAPE_DISK)
                 CHECK_EQUAL(info.workspace_bytes, bytes);
-            else /* a little more for each edge at a boundary, which it does not know of */
-                CHECK(info.workspace_bytes >= bytes && (double)info.workspace_bytes < 1.05 * (double)bytes);
+            else /* an Euler number of 1, not 2: two edges at its boundary more than it thinks of */
+                CHECK(info.workspace_bytes >= bytes && info.workspace_bytes <= bytes + 128);
             CHECK(info.peak_bytes >= info.workspace_bytes);
             loxo_release(test_context, distance);
             surface_destroy(&s);

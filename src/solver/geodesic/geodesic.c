@@ -446,9 +446,10 @@ loxo_status loxo_geodesic_distance(loxo_context *ctx, const loxo_mesh *mesh, con
 loxo_status loxo_geodesic_estimate(loxo_context *ctx, int64_t n_vertices, int64_t n_faces,
                                    const loxo_geodesic_settings *settings, size_t *workspace_bytes, double *solve_s)
 {
-    /* Nanoseconds a vertex on one thread, of the edge- and the face-based method, measured on meshes of 1M to 10M
-     * vertices whose order is local; two threads take about 0.6 of it. */
-    static const double ns[] = {450.0, 1200.0};
+    /* Nanoseconds a vertex, edge- and face-based. Measured at 1M vertices in local order, one thread of an AMD EPYC with
+     * AVX-512, a source that lies on no symmetry, best of five: icosphere 534 and 736, bumpy sphere 641 and 808, folded
+     * brain 584 and 762. A source on a symmetry of the icosphere: 396 and 630. Two threads take about 0.6 of it. */
+    static const double ns[] = {600.0, 770.0};
     loxo_geodesic g = {.ctx = ctx};
     g.settings = settings != NULL ? *settings : loxo_geodesic_settings_default();
     if (ctx == NULL) return LOXO_ERR_ARGUMENT;
@@ -460,8 +461,14 @@ loxo_status loxo_geodesic_estimate(loxo_context *ctx, int64_t n_vertices, int64_
     if (status < 0) return status;
     g.m.n_vertices = n_vertices;
     g.m.n_faces = n_faces;
+    /* 2 V - F less twice the Euler number is how many edges are at boundaries, where every vertex has a face. */
+    g.n_boundary_edges = 2 * n_vertices - n_faces - 4;
+    if (g.n_boundary_edges < 0) g.n_boundary_edges = 0;
+    if (g.n_boundary_edges > 3 * n_faces) g.n_boundary_edges = 3 * n_faces;
     lay_out(&g);
     if (workspace_bytes != NULL) *workspace_bytes = g.arena.size;
+    if (workspace_bytes != NULL && g.settings.global_constraints)
+        *workspace_bytes += loxo_cycle_basis_bytes(n_vertices, n_faces, g.n_boundary_edges);
     if (solve_s != NULL) {
         const double n_threads = (double)loxo_threads_for(ctx, n_vertices, 100.0);
         *solve_s = 1e-9 * ns[g.settings.method] * (double)n_vertices / (1.0 + 0.7 * (n_threads - 1.0));
