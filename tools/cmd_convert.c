@@ -2,6 +2,7 @@
  * loxo convert: from one file format to another, with repair, subdivision and renumbering on the way. */
 #include "base/os.h"
 #include "commands.h"
+#include "estimate.h"
 #include "run.h"
 
 #include <math.h>
@@ -69,13 +70,19 @@ static void report_repair(cli_run *run, const loxo_repair_info *info)
 }
 
 /* Bytes while the last subdivision runs: the mesh before and after, and its edges' midpoints in between. */
-static void estimate(cli_run *run, const loxo_soup *soup, int n_times)
+static loxo_status estimate(cli_run *run, int n_times)
 {
-    const double before = (double)cli_soup_bytes(soup) * pow(4.0, n_times > 0 ? n_times - 1 : 0);
+    loxo_mesh_counts counts;
+    const loxo_status status = cli_count_mesh(run, run->args.operand[0], &counts);
+    if (status < 0) return status;
+    const double before = (double)cli_counts_bytes(&counts) * pow(4.0, n_times > 0 ? n_times - 1 : 0);
     const double after = n_times > 0 ? 4.0 * before : before;
-    cli_estimate_part(run, "input_bytes", cli_soup_bytes(soup));
+    const double work = n_times > 0 ? before + 1.5 * after : 2.0 * after;
+    cli_estimate_part(run, "read_bytes", counts.read_bytes);
+    cli_estimate_part(run, "input_bytes", cli_counts_bytes(&counts));
     cli_estimate_part(run, "result_bytes", (size_t)after);
-    cli_estimate(run, (size_t)(n_times > 0 ? before + 1.5 * after : 2.0 * after), NAN);
+    cli_estimate(run, (double)counts.read_bytes > work ? counts.read_bytes : (size_t)work, NAN);
+    return status;
 }
 
 static loxo_status change(cli_run *run, const convert_state *s, loxo_soup *soup)
@@ -116,11 +123,8 @@ static loxo_status convert_main(cli_run *run, void *state)
         if ((status = cli_output_format(run, path, format, true, &write.format, &kind)) < 0) return status;
         if ((status = cli_output(run, path)) < 0) return status;
     }
+    if (s->common.estimate) return estimate(run, s->convert.subdivide);
     if ((status = cli_read_mesh(run, run->args.operand[0], &soup)) < 0) return status;
-    if (s->common.estimate) {
-        estimate(run, &soup, s->convert.subdivide);
-        goto done;
-    }
     if ((status = change(run, s, &soup)) < 0) goto done;
     if ((status = cli_before_output(run)) < 0) goto done;
     const double start_s = loxo_os_clock_s();

@@ -2,6 +2,7 @@
  * loxo generate: meshes of known shapes, of any size, and their exact distances where a closed form is known. */
 #include "base/os.h"
 #include "commands.h"
+#include "estimate.h"
 #include "run.h"
 
 #include <math.h>

@@ -2,6 +2,7 @@
  * loxo geodesic: distances over a surface from a set of source vertices. */
 #include "base/os.h"
 #include "commands.h"
+#include "estimate.h"
 #include "geodesic_report.h"
 #include "measure_rows.h"
 #include "picture.h"
@@ -62,24 +63,52 @@ static loxo_status check_files(cli_run *run, bool is_estimate, outputs *outs)
     return LOXO_OK;
 }
 
-static loxo_status estimate(cli_run *run, const geodesic_state *s, const loxo_soup *soup)
+static loxo_status estimate(cli_run *run, const geodesic_state *s)
 {
+    loxo_mesh_counts counts;
     size_t mesh_bytes = 0, build_bytes = 0, work_bytes = 0;
     double seconds = NAN;
-    const size_t read_bytes = cli_soup_bytes(soup), result_bytes = sizeof(double) * (size_t)soup->n_vertices;
-    loxo_status status = loxo_mesh_estimate(soup->n_vertices, soup->n_faces, soup->position_float != NULL, &s->mesh,
-                                            &mesh_bytes, &build_bytes);
+    loxo_status status = cli_count_mesh(run, run->args.operand[0], &counts);
     if (status < 0) return status;
-    status = loxo_geodesic_estimate(run->ctx, soup->n_vertices, soup->n_faces, &s->geodesic, &work_bytes, &seconds);
+    const int64_t n = counts.n_vertices, n_faces = counts.n_faces;
+    const size_t result_bytes = sizeof(double) * (size_t)n;
+    status = loxo_mesh_estimate(n, n_faces, counts.is_float, &s->mesh, &mesh_bytes, &build_bytes);
+    if (status >= 0) status = loxo_geodesic_estimate(run->ctx, n, n_faces, &s->geodesic, &work_bytes, &seconds);
     if (status < 0) return status;
-    const size_t solve_bytes = mesh_bytes + work_bytes + result_bytes;
-    cli_estimate_part(run, "read_bytes", read_bytes);
+    const size_t small_blocks = 65536, solve_bytes = mesh_bytes + work_bytes + result_bytes + small_blocks;
+    size_t peak_bytes = counts.read_bytes;
+    if (build_bytes > peak_bytes) peak_bytes = build_bytes;
+    if (solve_bytes > peak_bytes) peak_bytes = solve_bytes;
+    cli_estimate_part(run, "read_bytes", counts.read_bytes);
     cli_estimate_part(run, "build_bytes", build_bytes);
     cli_estimate_part(run, "mesh_bytes", mesh_bytes);
     cli_estimate_part(run, "workspace_bytes", work_bytes);
     cli_estimate_part(run, "result_bytes", result_bytes);
-    cli_estimate(run, solve_bytes > build_bytes ? solve_bytes : build_bytes, seconds);
+    cli_estimate(run, peak_bytes, seconds);
     return LOXO_OK;
+}
+
+/* Refuses a solve that will not fit before anything is read, where the head of the file tells the counts. What may turn
+ * out not to be needed does not count: a permutation, cycles; nor what a repair may make of the mesh. */
+static loxo_status check_memory(cli_run *run, const geodesic_state *s)
+{
+    loxo_mesh_counts counts;
+    loxo_mesh_settings mesh = s->mesh;
+    loxo_geodesic_settings geodesic = s->geodesic;
+    size_t build_bytes = 0, mesh_bytes = 0, work_bytes = 0;
+    if (mesh.repair || !cli_peek_counts(run, run->args.operand[0], &counts)) return LOXO_OK;
+    const int64_t n = counts.n_vertices, n_faces = counts.n_faces;
+    geodesic.global_constraints = false;
+    if (loxo_mesh_estimate(n, n_faces, counts.is_float, &mesh, NULL, &build_bytes) < 0) return LOXO_OK;
+    if (mesh.order == LOXO_ORDER_AUTO) mesh.order = LOXO_ORDER_GIVEN;
+    if (loxo_mesh_estimate(n, n_faces, counts.is_float, &mesh, &mesh_bytes, NULL) < 0) return LOXO_OK;
+    if (loxo_geodesic_estimate(run->ctx, n, n_faces, &geodesic, &work_bytes, NULL) < 0) return LOXO_OK;
+    const size_t solve_bytes = mesh_bytes + work_bytes + sizeof(double) * (size_t)n;
+    const size_t bytes = solve_bytes > build_bytes ? solve_bytes : build_bytes;
+    if (bytes <= run->limit_bytes) return LOXO_OK;
+    return cli_fail_at(run, LOXO_ERR_MEMORY, run->args.operand[0], 0,
+                       "%s vertices and %s faces need %zu bytes; the limit is %zu (--max-memory)", text_count(n),
+                       text_count(n_faces), bytes, run->limit_bytes);
 }
 
 /* Hands the arrays of the soup over to a mesh; fields that came along are of no use here. */
@@ -177,11 +206,9 @@ static loxo_status geodesic_main(cli_run *run, void *state)
     s->draw.unit = cli_args_value(&run->args, "unit", 0);
     if (!s->common.estimate && (status = cli_sources_check(run)) < 0) return status;
     if ((status = check_files(run, s->common.estimate, &outs)) < 0) return status;
+    if (s->common.estimate) return estimate(run, s);
+    if ((status = check_memory(run, s)) < 0) return status;
     if ((status = cli_read_mesh(run, run->args.operand[0], &soup)) < 0) return status;
-    if (s->common.estimate) {
-        status = estimate(run, s, &soup);
-        goto done;
-    }
     sources.n_vertices = soup.n_vertices;
     if ((status = cli_sources_read(run, &sources)) < 0) goto done;
     if ((status = make_mesh(run, s, &soup, &mesh)) < 0) goto done;

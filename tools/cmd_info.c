@@ -2,6 +2,7 @@
  * loxo info: what a mesh is like, and what is wrong with it. */
 #include "base/os.h"
 #include "commands.h"
+#include "estimate.h"
 #include "run.h"
 
 #include <math.h>
@@ -130,20 +131,27 @@ static void report_geometry(cli_report *out, const loxo_mesh_report *r)
     report_row(out, "quality", "%.4f", r->quality);
 }
 
+static loxo_status estimate(cli_run *run)
+{
+    loxo_mesh_counts counts;
+    const loxo_status status = cli_count_mesh(run, run->args.operand[0], &counts);
+    if (status < 0) return status;
+    const size_t arrays = cli_counts_bytes(&counts), work = 60 * (size_t)counts.n_vertices;
+    cli_estimate_part(run, "read_bytes", counts.read_bytes);
+    cli_estimate_part(run, "arrays_bytes", arrays);
+    cli_estimate_part(run, "work_bytes", work);
+    cli_estimate(run, counts.read_bytes > arrays + work ? counts.read_bytes : arrays + work, NAN);
+    return status;
+}
+
 static loxo_status info_main(cli_run *run, void *state)
 {
     const info_state *s = state;
     loxo_soup soup = {0};
     loxo_mesh_report *r = NULL;
+    if (s->common.estimate) return estimate(run);
     loxo_status status = cli_read_mesh(run, run->args.operand[0], &soup);
     if (status < 0) return status;
-    if (s->common.estimate) {
-        const size_t arrays = cli_soup_bytes(&soup), work = 60 * (size_t)soup.n_vertices;
-        cli_estimate_part(run, "arrays_bytes", arrays);
-        cli_estimate_part(run, "work_bytes", work);
-        cli_estimate(run, arrays + work, NAN);
-        goto done;
-    }
     if ((r = loxo_allocate(run->ctx, 1, sizeof *r)) == NULL) {
         status = LOXO_ERR_MEMORY;
         goto done;

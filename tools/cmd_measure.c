@@ -2,6 +2,7 @@
  * loxo measure: how far distances are from a reference. */
 #include "base/os.h"
 #include "commands.h"
+#include "estimate.h"
 #include "measure_rows.h"
 #include "run.h"
 

@@ -2,6 +2,7 @@
  * loxo render: a picture of a mesh, with a field on it if there is one. */
 #include "base/os.h"
 #include "commands.h"
+#include "estimate.h"
 #include "picture.h"
 #include "run.h"
 
@@ -34,6 +35,21 @@ static loxo_status find_field(cli_run *run, const loxo_soup *soup, const char *n
     return LOXO_OK;
 }
 
+static loxo_status estimate(cli_run *run, const loxo_draw_settings *s)
+{
+    const size_t samples = (size_t)s->supersample * (size_t)s->supersample;
+    const size_t picture = (size_t)s->width * (size_t)s->height * (3 + 16 * samples);
+    loxo_mesh_counts counts;
+    const loxo_status status = cli_count_mesh(run, run->args.operand[0], &counts);
+    if (status < 0) return status;
+    const size_t arrays = cli_counts_bytes(&counts), sum = arrays + picture;
+    cli_estimate_part(run, "read_bytes", counts.read_bytes);
+    cli_estimate_part(run, "arrays_bytes", arrays);
+    cli_estimate_part(run, "picture_bytes", picture);
+    cli_estimate(run, counts.read_bytes > sum ? counts.read_bytes : sum, NAN);
+    return status;
+}
+
 static loxo_status render_main(cli_run *run, void *state)
 {
     render_state *s = state;
@@ -47,15 +63,8 @@ static loxo_status render_main(cli_run *run, void *state)
     if (path == NULL && !s->common.estimate)
         return cli_fail(run, LOXO_ERR_ARGUMENT, "render: no output; give -o FILE.png");
     if (path != NULL && (status = cli_output(run, path)) < 0) return status;
+    if (s->common.estimate) return estimate(run, &s->draw);
     if ((status = cli_read_mesh(run, run->args.operand[0], &soup)) < 0) return status;
-    if (s->common.estimate) {
-        const size_t samples = (size_t)s->draw.supersample * (size_t)s->draw.supersample;
-        const size_t pixels = (size_t)s->draw.width * (size_t)s->draw.height;
-        cli_estimate_part(run, "arrays_bytes", cli_soup_bytes(&soup));
-        cli_estimate_part(run, "picture_bytes", pixels * (3 + 16 * samples));
-        cli_estimate(run, cli_soup_bytes(&soup) + pixels * (3 + 16 * samples), NAN);
-        goto done;
-    }
     if (name != NULL && (status = find_field(run, &soup, name, &value, &owned)) < 0) goto done;
     if ((status = cli_before_output(run)) < 0) goto done;
     status = cli_picture(run, &soup, value, &s->draw, path);

@@ -94,7 +94,7 @@ static loxo_status print_settings(cli_run *run, void *state)
     const bool taken = run->json_path != NULL && strcmp(run->json_path, "-") == 0;
     cli_common *common = state;
     common->n_threads = loxo_context_n_threads(run->ctx);
-    common->max_memory = loxo_context_memory(run->ctx).limit_bytes;
+    common->max_memory = run->limit_bytes;
     common->isa = (int)loxo_context_isa(run->ctx);
     cli_settings_print(run->command, state, taken ? stderr : stdout);
     return LOXO_OK;

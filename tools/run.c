@@ -76,7 +76,14 @@ loxo_status cli_run_begin(cli_run *run, const cli_command *command, const cli_co
     settings.isa = (loxo_isa)common->isa;
     settings.monitor = on_progress;
     settings.monitor_user = run;
-    const loxo_status status = loxo_context_create(&settings, &run->ctx);
+    loxo_status status = loxo_context_create(&settings, &run->ctx);
+    if (status >= 0) run->limit_bytes = loxo_context_memory(run->ctx).limit_bytes;
+    if (status >= 0 && common->estimate) { /* the limit is what it is compared with */
+        loxo_context_destroy(run->ctx);
+        run->ctx = NULL;
+        settings.memory_limit_bytes = SIZE_MAX / 2;
+        status = loxo_context_create(&settings, &run->ctx);
+    }
     if (status == LOXO_ERR_ARGUMENT) return cli_fail(run, status, "this processor cannot do the --isa that was asked");
     if (status < 0) return cli_fail(run, status, "%s", loxo_status_text(status));
     start_json(run);
@@ -250,13 +257,6 @@ double cli_seconds(cli_run *run, const char *name, double since_s)
     return now;
 }
 
-size_t cli_soup_bytes(const loxo_soup *soup)
-{
-    const size_t position = soup->position != NULL ? 3 * sizeof(double) : 3 * sizeof(float);
-    return (size_t)soup->n_vertices * (position + (size_t)soup->n_fields * sizeof(double)) +
-           (size_t)soup->n_faces * 3 * sizeof(loxo_index);
-}
-
 loxo_status cli_read_mesh(cli_run *run, const char *path, loxo_soup *soup)
 {
     const loxo_read_settings settings = loxo_read_settings_default();
@@ -270,27 +270,6 @@ loxo_status cli_read_mesh(cli_run *run, const char *path, loxo_soup *soup)
                text_count(soup->n_faces), soup->position_float != NULL ? ", float" : "");
     report_row(&run->report, "read", "%s", text_seconds(seconds));
     return cli_combine(run, status);
-}
-
-void cli_estimate_part(cli_run *run, const char *what, size_t n_bytes)
-{
-    json_t *estimate = json_object_get(run->report.json, "estimate");
-    if (estimate == NULL) estimate = json_put_object(run->report.json, "estimate");
-    json_put_integer(estimate, what, (int64_t)n_bytes);
-    report_row(&run->report, what, "%s", text_bytes((double)n_bytes));
-}
-
-void cli_estimate(cli_run *run, size_t peak_bytes, double seconds)
-{
-    const size_t limit = loxo_context_memory(run->ctx).limit_bytes;
-    cli_estimate_part(run, "peak_bytes", peak_bytes);
-    json_t *estimate = json_object_get(run->report.json, "estimate");
-    json_put_number(estimate, "seconds", seconds);
-    json_put_integer(estimate, "limit_bytes", (int64_t)limit);
-    json_put_bool(estimate, "fits", peak_bytes <= limit);
-    if (seconds == seconds) report_row(&run->report, "seconds", "about %s", text_seconds(seconds));
-    report_row(&run->report, "limit", "%s: %s", text_bytes((double)limit),
-               peak_bytes <= limit ? "fits" : "does not fit");
 }
 
 /* ---- end ----------------------------------------------------------------------------------------------------- */
@@ -380,7 +359,7 @@ static loxo_status write_json(cli_run *run, loxo_status status, int exit_code)
     json_put_number(json_object_get(json, "seconds"), "processor", loxo_os_cpu_s());
     json_t *bytes = json_put_object(json, "memory");
     json_put_integer(bytes, "peak_bytes", (int64_t)memory.peak_bytes);
-    json_put_integer(bytes, "limit_bytes", (int64_t)memory.limit_bytes);
+    json_put_integer(bytes, "limit_bytes", (int64_t)run->limit_bytes);
     json_put_integer(bytes, "peak_resident_bytes", (int64_t)loxo_os_peak_rss());
 
     size_t n = 0;

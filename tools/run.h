@@ -21,6 +21,7 @@ typedef struct cli_run {
     loxo_status status;    /* the worst positive one so far */
     loxo_failure failure;  /* of the command itself; goes before the context's when its status is set */
     double start_s;
+    size_t limit_bytes;              /* of memory, as asked for or granted */
     bool bar, bar_drawn;             /* progress is shown; a bar stands on the terminal's line now */
     const char *file[CLI_MAX_FILES]; /* to be written, in the order they were announced */
     int n_files;
@@ -58,11 +59,6 @@ loxo_status cli_output_format(cli_run *run, const char *path, const char *format
 
 /* Reads the mesh and reports it; run->input is set. */
 loxo_status cli_read_mesh(cli_run *run, const char *path, loxo_soup *soup);
-/* Bytes of its arrays. */
-size_t cli_soup_bytes(const loxo_soup *soup);
-/* A part of an estimate, and then its sum against the limit; seconds NaN where nobody knows. */
-void cli_estimate_part(cli_run *run, const char *what, size_t n_bytes);
-void cli_estimate(cli_run *run, size_t peak_bytes, double seconds);
 /* Seconds under a name, in the JSON object "seconds"; returns the clock's time now. */
 double cli_seconds(cli_run *run, const char *name, double since_s);
 

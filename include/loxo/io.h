@@ -43,6 +43,25 @@ LOXO_API loxo_status loxo_read_mesh(loxo_context *ctx, const char *path, const l
 LOXO_API loxo_status loxo_read_mesh_memory(loxo_context *ctx, const void *bytes, size_t n_bytes, const char *name,
                                            const loxo_read_settings *settings, loxo_soup *soup);
 
+/* What a file holds, told before it is read. */
+typedef struct loxo_mesh_counts {
+    loxo_format format;
+    int64_t n_vertices, n_faces; /* triangles, after polygons are cut; -1: the head does not tell */
+    int n_fields;
+    bool is_float;     /* positions will come as float */
+    size_t read_bytes; /* about the most that loxo_read_mesh will hold, its result included */
+} loxo_mesh_counts;
+
+/* Counts of a surface, from the first bytes of a file where they tell: PLY, OFF, binary STL, GIFTI, FreeSurfer, gzipped
+ * or not. A face may then count as one triangle, however many corners it has. When is_thorough, formats
+ * and faces that the head does not tell are counted by passing over the whole. Vertices of STL are those of a closed
+ * surface, as nothing but reading it tells more. Memory stays below a megabyte, whatever the file holds or claims.
+ * Standard input ("-") is used up.
+ * returns      LOXO_OK; the failures of loxo_read_mesh, as far as they show; counts is then not of use
+ * cost         the head; for GIFTI, what stands before the triangles; when thorough, at most reading the file */
+LOXO_API loxo_status loxo_read_counts(loxo_context *ctx, const char *path, const loxo_read_settings *settings,
+                                      bool is_thorough, loxo_mesh_counts *counts);
+
 /* Reads one scalar per vertex: .npy (float or integer, 1-D), .csv or .txt (one number a line, or the last column),
  * .gii (first float array), or the named vertex property of a PLY as "file.ply:name".
  *   value      out, [n] from loxo_allocate */

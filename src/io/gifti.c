@@ -422,16 +422,23 @@ static loxo_status fail_xml(parsing *p)
     return loxo_fail_at(p->ctx, LOXO_ERR_MALFORMED, here(p), "XML: %s", XML_ErrorString(error));
 }
 
+/* A piece of the document, at most INT_MAX bytes; n_before: those before it. */
+static loxo_status feed_piece(parsing *p, const uint8_t *bytes, size_t n, size_t n_before, bool is_last)
+{
+    if (XML_Parse(p->parser, (const char *)bytes, (int)n, is_last) != XML_STATUS_OK) return fail_xml(p);
+    if (p->status < 0) return p->status;
+    if ((int64_t)(n_before + n) - (int64_t)XML_GetCurrentByteIndex(p->parser) > TOKEN_BYTES)
+        return loxo_fail_at(p->ctx, LOXO_ERR_LIMIT, here(p), "XML: a tag or comment of more than 1 MiB");
+    return LOXO_OK;
+}
+
 static loxo_status feed(parsing *p, const uint8_t *bytes, size_t n)
 {
     for (size_t at = 0; at < n;) {
         const size_t n_now = n - at < FEED_BYTES ? n - at : FEED_BYTES;
-        if (XML_Parse(p->parser, (const char *)bytes + at, (int)n_now, at + n_now == n) != XML_STATUS_OK)
-            return fail_xml(p);
-        if (p->status < 0) return p->status;
+        const loxo_status status = feed_piece(p, bytes + at, n_now, at, at + n_now == n);
+        if (status < 0) return status;
         at += n_now;
-        if ((int64_t)at - (int64_t)XML_GetCurrentByteIndex(p->parser) > TOKEN_BYTES)
-            return loxo_fail_at(p->ctx, LOXO_ERR_LIMIT, here(p), "XML: a tag or comment of more than 1 MiB");
         if (loxo_stop_wanted(p->ctx, "read", (double)at / (double)n))
             return loxo_fail_at(p->ctx, LOXO_ERR_STOPPED, here(p), "stopped while reading");
     }
@@ -441,6 +448,26 @@ static loxo_status feed(parsing *p, const uint8_t *bytes, size_t n)
     return LOXO_OK;
 }
 
+static loxo_status begin(parsing *p)
+{
+    p->parser = XML_ParserCreate(NULL);
+    if (p->parser == NULL) return loxo_fail(p->ctx, LOXO_ERR_MEMORY, "GIFTI: no memory for the XML parser");
+    XML_SetUserData(p->parser, p);
+    XML_SetElementHandler(p->parser, on_start, on_end);
+    XML_SetCharacterDataHandler(p->parser, on_text);
+    XML_SetStartDoctypeDeclHandler(p->parser, on_doctype);
+    XML_SetEntityDeclHandler(p->parser, on_entity);
+    XML_SetSkippedEntityHandler(p->parser, on_skipped_entity);
+    return LOXO_OK;
+}
+
+static void end(parsing *p)
+{
+    XML_ParserFree(p->parser);
+    loxo_release(p->ctx, p->data);
+    loxo_release(p->ctx, p->array.bytes);
+}
+
 loxo_status loxo_gifti_parse(loxo_context *ctx, const uint8_t *bytes, size_t n, const char *name,
                              loxo_gifti_want_fn want, loxo_gifti_take_fn take, void *user)
 {
@@ -448,18 +475,33 @@ loxo_status loxo_gifti_parse(loxo_context *ctx, const uint8_t *bytes, size_t n, 
     if (n == 0)
         return loxo_fail_at(ctx, LOXO_ERR_MALFORMED, (loxo_place){.file = name, .byte = 0, .element = -1},
                             "empty file");
-    p.parser = XML_ParserCreate(NULL);
-    if (p.parser == NULL) return loxo_fail(ctx, LOXO_ERR_MEMORY, "GIFTI: no memory for the XML parser");
-    XML_SetUserData(p.parser, &p);
-    XML_SetElementHandler(p.parser, on_start, on_end);
-    XML_SetCharacterDataHandler(p.parser, on_text);
-    XML_SetStartDoctypeDeclHandler(p.parser, on_doctype);
-    XML_SetEntityDeclHandler(p.parser, on_entity);
-    XML_SetSkippedEntityHandler(p.parser, on_skipped_entity);
-    const loxo_status status = feed(&p, bytes, n);
-    XML_ParserFree(p.parser);
-    loxo_release(ctx, p.data);
-    loxo_release(ctx, p.array.bytes);
+    loxo_status status = begin(&p);
+    if (status < 0) return status;
+    status = feed(&p, bytes, n);
+    end(&p);
+    return status;
+}
+
+loxo_status loxo_gifti_parse_flow(loxo_flow *flow, const uint8_t *bytes, size_t n, loxo_gifti_want_fn want,
+                                  loxo_gifti_enough_fn is_enough, void *user)
+{
+    parsing p = {.ctx = flow->ctx, .name = flow->name, .want = want, .user = user, .n_announced = -1};
+    size_t at = 0;
+    uint8_t *buffer = loxo_allocate(flow->ctx, FEED_BYTES, 1);
+    loxo_status status = buffer == NULL ? LOXO_ERR_MEMORY : begin(&p);
+    if (status < 0) goto done;
+    for (;;) {
+        if ((status = feed_piece(&p, bytes, n, at, n == 0)) < 0 || n == 0 || is_enough(user)) break;
+        at += n;
+        if ((status = loxo_flow_read(flow, buffer, FEED_BYTES, &n)) < 0) break;
+        bytes = buffer;
+        if (!loxo_stop_wanted(p.ctx, "read", -1.0)) continue;
+        status = loxo_fail_at(p.ctx, LOXO_ERR_STOPPED, here(&p), "stopped while reading");
+        break;
+    }
+    end(&p);
+done:
+    loxo_release(flow->ctx, buffer);
     return status;
 }
 
@@ -471,6 +513,13 @@ loxo_status loxo_gifti_parse(loxo_context *ctx, const uint8_t *bytes, size_t n, 
     (void)bytes, (void)n, (void)want, (void)take, (void)user;
     return loxo_fail_at(ctx, LOXO_ERR_UNSUPPORTED, (loxo_place){.file = name, .byte = -1, .element = -1},
                         "GIFTI needs expat, which this build lacks");
+}
+
+loxo_status loxo_gifti_parse_flow(loxo_flow *flow, const uint8_t *bytes, size_t n, loxo_gifti_want_fn want,
+                                  loxo_gifti_enough_fn is_enough, void *user)
+{
+    (void)is_enough;
+    return loxo_gifti_parse(flow->ctx, bytes, n, flow->name, want, NULL, user);
 }
 
 #endif

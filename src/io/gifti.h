@@ -4,6 +4,8 @@
 #ifndef LOXO_IO_GIFTI_H
 #define LOXO_IO_GIFTI_H
 
+#include "io/flow.h"
+
 #include <loxo/mesh.h>
 
 typedef enum loxo_gifti_type {
@@ -34,6 +36,12 @@ typedef void (*loxo_gifti_take_fn)(void *user, const loxo_gifti_array *array);
 
 loxo_status loxo_gifti_parse(loxo_context *ctx, const uint8_t *bytes, size_t n, const char *name,
                              loxo_gifti_want_fn want, loxo_gifti_take_fn take, void *user);
+
+/* The same from a flow, of which the first n bytes were taken already, up to where is_enough says so: data that nobody
+ * wants is passed over, and memory does not grow with the file. */
+typedef bool (*loxo_gifti_enough_fn)(const void *user);
+loxo_status loxo_gifti_parse_flow(loxo_flow *flow, const uint8_t *bytes, size_t n, loxo_gifti_want_fn want,
+                                  loxo_gifti_enough_fn is_enough, void *user);
 
 /* The first array of one column of floats that is no pointset, as doubles [*n]. */
 loxo_status loxo_read_gifti_field(loxo_context *ctx, const uint8_t *bytes, size_t n_bytes, const char *name,

@@ -3,6 +3,7 @@
  * to another space (of a scanner, of an atlas), which nobody asked for. */
 #include "base/context.h"
 #include "io/bytes.h"
+#include "io/counts.h"
 #include "io/faces.h"
 #include "io/formats.h"
 #include "io/gifti.h"
@@ -131,6 +132,30 @@ loxo_status loxo_read_gifti(loxo_context *ctx, const uint8_t *bytes, size_t n, c
         loxo_soup_destroy(ctx, soup);
     }
     return status;
+}
+
+/* Looks as want_surface does, and takes nothing. */
+static int note_surface(void *user, loxo_context *ctx, const char *name, const loxo_gifti_array *array)
+{
+    const int wanted = want_surface(user, ctx, name, array);
+    return wanted > 0 ? 0 : wanted;
+}
+
+static bool has_counts(const void *user)
+{
+    const surface *s = user;
+    return s->points.line != 0 && s->triangles.line != 0;
+}
+
+loxo_status loxo_gifti_head(loxo_flow *flow, const uint8_t *bytes, size_t n, loxo_head *head)
+{
+    surface s = {0};
+    const loxo_status status = loxo_gifti_parse_flow(flow, bytes, n, note_surface, has_counts, &s);
+    if (status < 0) return status;
+    *head = (loxo_head){.n_vertices = s.points.line != 0 ? s.points.n_rows : -1,
+                        .n_faces = s.triangles.line != 0 ? s.triangles.n_rows : -1,
+                        .is_float = s.points.type == LOXO_GIFTI_FLOAT32};
+    return LOXO_OK;
 }
 
 static int want_field(void *user, loxo_context *ctx, const char *name, const loxo_gifti_array *array)

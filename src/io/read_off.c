@@ -4,6 +4,7 @@
 #include "base/allocate.h"
 #include "base/context.h"
 #include "io/bytes.h"
+#include "io/counts.h"
 #include "io/formats.h"
 #include "io/table.h"
 
@@ -169,11 +170,15 @@ static loxo_status next_face(const binary *b, int64_t face, const uint8_t **p, i
     return LOXO_OK;
 }
 
+static int64_t vertex_bytes(const off_header *header)
+{
+    return (int64_t)4 *
+           (3 + (header->has_normal ? 3 : 0) + (header->has_colour ? 4 : 0) + (header->has_texture ? 2 : 0));
+}
+
 static loxo_status read_binary_vertices(binary *b, const off_header *header, loxo_soup *soup, int64_t *n_nonfinite)
 {
-    const int64_t n_row =
-        (int64_t)4 * (3 + (header->has_normal ? 3 : 0) + (header->has_colour ? 4 : 0) + (header->has_texture ? 2 : 0));
-    const int64_t n_found = (b->end - b->p) / n_row;
+    const int64_t n_row = vertex_bytes(header), n_found = (b->end - b->p) / n_row;
     loxo_status status;
     if (b->n_vertices > n_found)
         return loxo_fail_at(
@@ -230,6 +235,17 @@ static loxo_status read_binary_faces(binary *b, loxo_soup *soup, loxo_face_tally
     return status;
 }
 
+/* Counts, to where the vertices begin. */
+static loxo_status read_binary_counts(binary *b)
+{
+    if (b->end - b->p < 12) return fail_binary(b, b->end, -1, "the file ends inside the counts");
+    b->n_vertices = load_count(b->p);
+    b->n_faces = load_count(b->p + 4);
+    if (b->n_vertices < 0 || b->n_faces < 0) return fail_binary(b, b->p, -1, "a negative count (byte order?)");
+    b->p += 12;
+    return LOXO_OK;
+}
+
 static loxo_status read_binary(loxo_context *ctx, const uint8_t *bytes, size_t n, const char *name,
                                const off_header *header, loxo_soup *soup)
 {
@@ -237,11 +253,7 @@ static loxo_status read_binary(loxo_context *ctx, const uint8_t *bytes, size_t n
     loxo_face_tally tally = {0};
     int64_t n_nonfinite = 0;
     loxo_status status;
-    if (b.end - b.p < 12) return fail_binary(&b, b.end, -1, "the file ends inside the counts");
-    b.n_vertices = load_count(b.p);
-    b.n_faces = load_count(b.p + 4);
-    if (b.n_vertices < 0 || b.n_faces < 0) return fail_binary(&b, b.p, -1, "a negative count (byte order?)");
-    b.p += 12;
+    if ((status = read_binary_counts(&b)) < 0) return status;
     if ((status = read_binary_vertices(&b, header, soup, &n_nonfinite)) < 0) return status;
     const int64_t vertex_row = b.n_vertices == 0 ? 0 : (b.p - (const uint8_t *)header->end - 12) / b.n_vertices;
     if ((status = read_binary_faces(&b, soup, &tally)) < 0) return status;
@@ -254,6 +266,28 @@ static loxo_status read_binary(loxo_context *ctx, const uint8_t *bytes, size_t n
         loxo_warn(ctx, "trailing", b.end - b.p, "%s: %td bytes behind the last face are ignored", name, b.end - b.p);
     loxo_face_tally_warn(ctx, name, &tally);
     loxo_soup_warn(ctx, name, soup, n_nonfinite);
+    return LOXO_OK;
+}
+
+loxo_status loxo_off_head(loxo_context *ctx, const uint8_t *bytes, size_t n, const char *name, loxo_head *head)
+{
+    const loxo_text text = loxo_text_of(bytes, n, name);
+    off_header header;
+    loxo_status status = read_header(ctx, &text, &header);
+    if (status < 0) return status;
+    *head = (loxo_head){.n_vertices = header.n_vertices,
+                        .n_faces = header.n_faces,
+                        .is_float = header.is_binary,
+                        .is_text = !header.is_binary,
+                        .comment = '#',
+                        .n_rows_before = header.n_vertices,
+                        .n_bytes = (size_t)(header.end - (const char *)bytes)};
+    if (!header.is_binary) return LOXO_OK;
+    binary b = {.ctx = ctx, .begin = bytes, .p = (const uint8_t *)header.end, .end = bytes + n, .name = name};
+    if ((status = read_binary_counts(&b)) < 0) return status;
+    head->n_bytes = (size_t)(b.p - bytes);
+    head->n_vertices = b.n_vertices;
+    head->n_faces = b.n_faces;
     return LOXO_OK;
 }
 

@@ -6,8 +6,8 @@ import math
 import os
 import struct
 
-from harness import (IS_SANITIZED, SHARED, Skip, files, fitting, loxo, main, needs, needs_big_ids, npy, octahedron, off, read, sphere,
-                     test, three_at_an_edge, write)
+from harness import (IS_SANITIZED, SHARED, Skip, files, fitting, has_feature, loxo, main, needs, needs_big_ids, npy,
+                     octahedron, off, read, sphere, test, three_at_an_edge, write)
 
 
 def report(path):
@@ -260,6 +260,47 @@ def geodesic_estimate():
     for words in (["info", mesh], ["convert", mesh, "--subdivide", "2"], ["generate", "grid", "--vertices", "1000000"],
                   ["render", mesh]):
         loxo(*words, "--estimate").is_code(0).has_out(r"^peak_bytes ")
+
+
+@test
+def estimate_of_more_than_the_limit():
+    """Whatever the format, an estimate is not refused for lack of what it speaks of, and it is not less than what a solve
+    then takes."""
+    mesh = sphere("s.ply", fitting(40000))
+    made = [mesh]
+    for name in ("s.off", "s.obj", "s.surf.gii"):
+        if has_feature("expat (GIFTI)") or not name.endswith("gii"):
+            made.append(loxo("convert", mesh, "-o", name).is_code(0) and name)
+    for name in made:
+        r = loxo("geodesic", name, "--estimate", "--max-memory", "1K", "--json", "e.json").is_code(0)
+        r.has_out(r"^limit .*: does not fit$").has_out(r"^peak_bytes +[0-9.]+ [kM]B$")
+        with open("e.json", encoding="utf-8") as f:
+            e = json.load(f)["estimate"]
+        assert e["fits"] is False and e["limit_bytes"] == 1024, e
+        for more in ([], ["--method", "face"], ["--order", "hilbert"], ["--global-constraints"]):
+            e = loxo("geodesic", name, "--estimate", "--json", "-", *more).is_code(0).json["estimate"]
+            m = loxo("geodesic", name, "-s", "0", "--json", "-", *more).is_code(0).json["memory"]
+            assert m["peak_bytes"] <= e["peak_bytes"] <= 1.3 * m["peak_bytes"] + 1e6, (name, more, e, m)
+    for shape, more in (("torus", ["--global-constraints"]), ("disk", [])):
+        loxo("generate", shape, "--vertices", fitting(20000), "-o", "x.ply").is_code(0)
+        e = loxo("geodesic", "x.ply", "--estimate", "--json", "-", *more).is_code(0).json["estimate"]
+        m = loxo("geodesic", "x.ply", "-s", "0", "--json", "-", *more).json["memory"]
+        assert m["peak_bytes"] <= e["peak_bytes"] <= 1.3 * m["peak_bytes"] + 1e6, (shape, e, m)
+    r = loxo("geodesic", "-", "--estimate", "--max-memory", "1K", stdin=read("s.off")).is_code(0)
+    r.has_out("does not fit")
+
+
+@test
+def a_solve_that_will_not_fit_is_refused_before_reading():
+    mesh = sphere("s.ply", fitting(40000))
+    e = loxo("geodesic", mesh, "--estimate", "--order", "given", "--json", "-").is_code(0).json["estimate"]
+    need = e["mesh_bytes"] + e["workspace_bytes"] + e["result_bytes"]
+    # So little that reading the mesh would not fit either: the error is the solve's.
+    for limit in (need - 1, max(need // 8, 400000)):
+        r = loxo("geodesic", mesh, "-s", "0", "-o", "d.npy", "--order", "given", "--max-memory", limit, "--json", "-")
+        r.fails(7, rf"^s\.ply: error: .* faces need {need} bytes; the limit is {limit} ")
+        assert "read" not in r.json["seconds"], r.json
+    assert files() == ["s.ply"]
 
 
 @test

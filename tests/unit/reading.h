@@ -3,11 +3,15 @@
 #ifndef LOXO_TEST_READING_H
 #define LOXO_TEST_READING_H
 
+#include "loxo_config.h"
 #include "test.h"
 
 #include <loxo/io.h>
 
 #include <inttypes.h>
+#ifdef LOXO_WITH_ZLIB
+#include <zlib.h>
+#endif
 
 /* Never NULL. */
 static inline void *allocate_or_abort(size_t n)
@@ -108,6 +112,10 @@ static inline void check_bad_files(const bad_file *files, size_t n, const char *
             CHECK(soup.triangle == NULL && soup.position == NULL && soup.position_float == NULL);
             loxo_context_clear(ctx);
             check_failure(ctx, f, loxo_read_mesh(ctx, path, NULL, &soup), path);
+            for (int is_thorough = 0; is_thorough < 2; ++is_thorough) { /* may pass over what is wrong */
+                loxo_mesh_counts counts;
+                (void)loxo_read_counts(ctx, path, NULL, is_thorough != 0, &counts);
+            }
             CHECK_EQUAL(loxo_context_memory(ctx).current_bytes, 0);
             loxo_context_destroy(ctx);
         }
@@ -123,6 +131,29 @@ static inline void check_warning(const loxo_context *ctx, const good_file *f)
     for (int i = 0; i < n; ++i)
         print_error("%s: warns: %s\n", f->what, loxo_context_warning(ctx, i)->text);
     CHECK(is_right);
+}
+
+/* Counting a file agrees with reading it. What is no number of its own (a strip's turns, dropped in reading) counts as a
+ * triangle; STL has its vertices only once they are joined; the head alone may tell less. */
+static inline void check_counts(const char *what, const char *path, const loxo_soup *soup)
+{
+    for (int is_thorough = 0; is_thorough < 2; ++is_thorough) {
+        loxo_mesh_counts counts;
+        CHECK_OK(loxo_read_counts(test_context, path, NULL, is_thorough != 0, &counts));
+        if (is_thorough == 0 && counts.n_vertices < 0) continue;
+        const bool is_stl = counts.format == LOXO_FORMAT_STL;
+        const bool is_right = (counts.n_vertices == soup->n_vertices || is_stl) &&
+                              (is_thorough == 0 ? counts.n_faces <= soup->n_faces || strstr(what, "strip") != NULL ||
+                                                      strstr(what, "small faces") != NULL
+                                                : counts.n_faces == soup->n_faces || strstr(what, "strip") != NULL) &&
+                              counts.is_float == (soup->position_float != NULL);
+        if (!is_right)
+            print_error("%s: counted%s: %" PRId64 " vertices, %" PRId64 " faces, float %d; read: %" PRId64 ", %" PRId64
+                        ", %d\n",
+                        what, is_thorough != 0 ? " thoroughly" : "", counts.n_vertices, counts.n_faces, counts.is_float,
+                        soup->n_vertices, soup->n_faces, soup->position_float != NULL);
+        CHECK(is_right);
+    }
 }
 
 static inline void check_good_files(const good_file *files, size_t n, const char *name)
@@ -144,6 +175,7 @@ static inline void check_good_files(const good_file *files, size_t n, const char
             if (strcmp(text, f->mesh) != 0) print_error("%s:\n", f->what);
             CHECK_TEXT(text, f->mesh);
             check_warning(test_context, f);
+            if (from_disk != 0) check_counts(f->what, path, &soup);
             loxo_soup_destroy(test_context, &soup);
         }
     }
@@ -227,6 +259,30 @@ static inline void bytes_add(text_buffer *b, const void *bytes, size_t n)
     memcpy(b->text + b->n, bytes, n);
     b->n += n;
 }
+
+#ifdef LOXO_WITH_ZLIB
+
+/* Appends a gzip member. */
+static inline void gzip_add(text_buffer *out, const void *bytes, size_t n)
+{
+    z_stream z = {0};
+    const size_t room = n + n / 10 + 1000;
+    unsigned char *packed = allocate_or_abort(room);
+    CHECK(deflateInit2(&z, 9, Z_DEFLATED, 15 + 16, 9, Z_DEFAULT_STRATEGY) == Z_OK);
+    unsigned char *copy = allocate_or_abort(n + 1);
+    memcpy(copy, bytes, n);
+    z.next_in = copy;
+    z.avail_in = (uInt)n;
+    z.next_out = packed;
+    z.avail_out = (uInt)room;
+    CHECK(deflate(&z, Z_FINISH) == Z_STREAM_END);
+    bytes_add(out, packed, room - z.avail_out);
+    deflateEnd(&z);
+    free(copy);
+    free(packed);
+}
+
+#endif
 
 static inline void text_free(text_buffer *b)
 {

@@ -1,15 +1,10 @@
 /* SPDX-License-Identifier: MIT */
 #include "io/source.h"
-#include "loxo_config.h"
 #include "reading.h"
 
 #include <fcntl.h>
 #include <pthread.h>
 #include <sys/stat.h>
-
-#ifdef LOXO_WITH_ZLIB
-#include <zlib.h>
-#endif
 
 static const char triangle_obj[] = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
 static const char triangle_text[] = "0 0 0, 1 0 0, 0 1 0 | 0 1 2";
@@ -149,32 +144,12 @@ TEST(a_file_that_shrinks_or_grows_meanwhile_is_an_error)
 
 #ifdef LOXO_WITH_ZLIB
 
-/* Appends a gzip member. */
-static void pack(text_buffer *out, const void *bytes, size_t n)
-{
-    z_stream z = {0};
-    const size_t room = n + n / 10 + 1000;
-    unsigned char *packed = allocate_or_abort(room);
-    CHECK(deflateInit2(&z, 9, Z_DEFLATED, 15 + 16, 9, Z_DEFAULT_STRATEGY) == Z_OK);
-    unsigned char *copy = allocate_or_abort(n + 1);
-    memcpy(copy, bytes, n);
-    z.next_in = copy;
-    z.avail_in = (uInt)n;
-    z.next_out = packed;
-    z.avail_out = (uInt)room;
-    CHECK(deflate(&z, Z_FINISH) == Z_STREAM_END);
-    bytes_add(out, packed, room - z.avail_out);
-    deflateEnd(&z);
-    free(copy);
-    free(packed);
-}
-
 TEST(gzip_of_one_or_more_members_and_what_stands_behind_it)
 {
     text_buffer b = {0};
     const char *path = test_scratch("a.obj.gz");
-    pack(&b, triangle_obj, 10);
-    pack(&b, triangle_obj + 10, sizeof triangle_obj - 1 - 10);
+    gzip_add(&b, triangle_obj, 10);
+    gzip_add(&b, triangle_obj + 10, sizeof triangle_obj - 1 - 10);
     write_scratch(path, b.text, b.n);
     check_triangle(path);
     CHECK_EQUAL(loxo_context_n_warnings(test_context), 0);
@@ -194,7 +169,7 @@ TEST(gzip_that_is_cut_anywhere_or_has_a_flipped_bit_is_an_error)
 {
     text_buffer b = {0};
     loxo_soup soup;
-    pack(&b, triangle_obj, sizeof triangle_obj - 1);
+    gzip_add(&b, triangle_obj, sizeof triangle_obj - 1);
     for (size_t n = 2; n < b.n; ++n) {
         CHECK_STATUS(test_context, loxo_read_mesh_memory(test_context, b.text, n, "a.obj.gz", NULL, &soup),
                      LOXO_ERR_MALFORMED);
@@ -217,7 +192,7 @@ TEST(a_bomb_stops_at_the_limit)
     loxo_context_settings context_settings = loxo_context_settings_default();
     loxo_context *small = NULL;
     memset(zeros, 0, n);
-    pack(&b, zeros, n);
+    gzip_add(&b, zeros, n);
     free(zeros);
     settings.max_bytes = 1000000;
     CHECK_STATUS(test_context, loxo_read_mesh_memory(test_context, b.text, b.n, "a.obj.gz", &settings, &soup),
@@ -227,7 +202,7 @@ TEST(a_bomb_stops_at_the_limit)
     CHECK_STATUS(NULL, loxo_context_create(&context_settings, &small), LOXO_OK);
     CHECK_STATUS(small, loxo_read_mesh_memory(small, b.text, b.n, "a.obj.gz", NULL, &soup), LOXO_ERR_MEMORY);
     loxo_context_destroy(small);
-    pack(&nested, b.text, b.n);
+    gzip_add(&nested, b.text, b.n);
     CHECK_STATUS(test_context, loxo_read_mesh_memory(test_context, nested.text, nested.n, "a.gz", NULL, &soup),
                  LOXO_ERR_UNSUPPORTED);
     text_free(&b);
@@ -239,7 +214,7 @@ TEST(exactly_the_limit_is_fine)
     text_buffer b = {0};
     loxo_soup soup;
     loxo_read_settings settings = loxo_read_settings_default();
-    pack(&b, triangle_obj, sizeof triangle_obj - 1);
+    gzip_add(&b, triangle_obj, sizeof triangle_obj - 1);
     settings.max_bytes = sizeof triangle_obj - 1;
     CHECK_OK(loxo_read_mesh_memory(test_context, b.text, b.n, "a.obj.gz", &settings, &soup));
     loxo_soup_destroy(test_context, &soup);
@@ -252,7 +227,7 @@ TEST(exactly_the_limit_is_fine)
 TEST(every_allocation_of_unpacking_may_fail)
 {
     text_buffer b = {0};
-    pack(&b, triangle_obj, sizeof triangle_obj - 1);
+    gzip_add(&b, triangle_obj, sizeof triangle_obj - 1);
     const char *path = test_scratch("b.obj.gz");
     write_scratch(path, b.text, b.n);
     CHECK(test_each_allocation_fails(read_memory_file, &(memory_file){b.text, b.n, "a.obj.gz"}) >= 5);

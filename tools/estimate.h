@@ -1,0 +1,21 @@
+/* SPDX-License-Identifier: MIT
+ * What a command would take, told before it is done. An estimate runs without a limit of memory (cli_run_begin), so that it
+ * is never refused for lack of what it only speaks of, and takes little. */
+#ifndef LOXO_TOOLS_ESTIMATE_H
+#define LOXO_TOOLS_ESTIMATE_H
+
+#include "run.h"
+
+/* Counts the mesh of a file and reports them; run->input is set. */
+loxo_status cli_count_mesh(cli_run *run, const char *path, loxo_mesh_counts *counts);
+/* Bytes of its arrays once it is read. */
+size_t cli_counts_bytes(const loxo_mesh_counts *counts);
+/* A part of an estimate, and then the most of it at any time against the limit; seconds NaN where nobody knows. */
+void cli_estimate_part(cli_run *run, const char *what, size_t n_bytes);
+void cli_estimate(cli_run *run, size_t peak_bytes, double seconds);
+
+/* Before a mesh is read: the counts, where the head of the file tells them at no cost worth speaking of; false where it
+ * does not, or not rightly. Never fails: reading says what is wrong. */
+bool cli_peek_counts(cli_run *run, const char *path, loxo_mesh_counts *counts);
+
+#endif
