@@ -21,7 +21,7 @@ typedef struct subject {
     k_entry *entry;
     double *value, *heat, *closure, *state, *potential[2], *difference, *area, *jump;
     double (*target)[3], (*gradient[2])[3];
-    float *partial;
+    k_change *change;
     int32_t *scale;
 } subject;
 
@@ -31,8 +31,8 @@ static void diffusion(const subject *s, const k_variant *k, int64_t begin, int64
 {
     const int64_t first_block = (begin + BLOCK_ROWS - 1) / BLOCK_ROWS, last_block = (end + BLOCK_ROWS - 1) / BLOCK_ROWS;
     const int64_t to = last_block * BLOCK_ROWS < s->m.n_vertices ? last_block * BLOCK_ROWS : s->m.n_vertices;
-    k->relax_blocks(s->row, s->entry, s->value, first_block * BLOCK_ROWS, to, BLOCK_ROWS, (unsigned)turn & 1u,
-                    s->partial + PARTIAL_SIZE * first_block);
+    k->relax_blocks(s->row, s->entry, NULL, s->value, first_block * BLOCK_ROWS, to, BLOCK_ROWS, (unsigned)turn & 1u,
+                    s->change + first_block);
 }
 
 static void differences(const subject *s, const k_variant *k, int64_t begin, int64_t end, int turn)
@@ -83,7 +83,7 @@ static void close_subject(subject *s)
     loxo_context *ctx = s->b->ctx;
     void *const arrays[] = {s->row,          s->entry,      s->value, s->closure, s->state,  s->potential[0],
                             s->potential[1], s->difference, s->area,  s->jump,    s->target, s->gradient[0],
-                            s->gradient[1],  s->partial,    s->scale, s->heat};
+                            s->gradient[1],  s->change,     s->scale, s->heat};
     for (size_t i = 0; i < sizeof arrays / sizeof arrays[0]; ++i)
         loxo_release(ctx, arrays[i]);
     loxo_mesh_destroy(s->mesh);
@@ -97,30 +97,25 @@ static void *take(subject *s, int64_t count, size_t size, bool *is_good)
     return block;
 }
 
-/* Rows of A + h^2 C, each divided by its diagonal; heat comes in everywhere, so that nothing dies away. */
+/* Rows of A + h^2 C, each divided by its diagonal; keep makes up for the decay, so that nothing dies away. */
 static void fill_rows(subject *s)
 {
+    const k_face_shapes none = {0, 0, NULL};
     uint32_t n = 0;
     for (int64_t v = 0; v < s->m.n_vertices; ++v) {
         k_entry *entry = s->entry + n;
-        const loxo_index first = s->m.vertex_halfedge[v];
-        uint32_t degree = 0;
-        loxo_index h = first;
-        do { /* the mesh is closed: counter-clockwise all around */
-            const loxo_index back = k_previous(h);
-            entry[degree++].slot = (uint32_t)k_head(&s->m, h);
-            h = s->m.halfedge_twin[back];
-        } while (h != first);
-        const double area = k_cotangent_row(&s->m, (loxo_index)v, entry, degree, true);
-        double diagonal = area;
+        const double area = k_cotangent_row(&s->m, &none, (loxo_index)v, entry);
+        const uint32_t degree = k_degree(&s->m, (loxo_index)v);
+        double diagonal = area, sum = 0.0;
         for (uint32_t k = 0; k < degree; ++k)
             diagonal += area * (double)entry[k].coefficient;
         for (uint32_t k = 0; k < degree; ++k) {
             entry[k].coefficient = (float)(area * (double)entry[k].coefficient / diagonal);
+            sum += (double)entry[k].coefficient;
             const bool is_near = entry[k].slot / BLOCK_ROWS == (uint32_t)v / BLOCK_ROWS;
             entry[k].slot = 2 * entry[k].slot + (is_near ? 0 : 1); /* from other blocks, the step before */
         }
-        s->row[v] = (k_row){.begin = n, .keep = 0.0f, .weight = 1.0f, .constant = 0.1f};
+        s->row[v] = (k_row){.begin = n, .weight = 1.0f, .keep = 1.0 - sum};
         n += degree;
     }
     s->row[s->m.n_vertices] = (k_row){.begin = n};
@@ -161,7 +156,7 @@ static loxo_status open_subject(subject *s)
     s->row = take(s, n + 1, sizeof *s->row, &is_good);
     s->entry = take(s, 3 * n_faces, sizeof *s->entry, &is_good);
     s->value = take(s, 2 * n, sizeof *s->value, &is_good);
-    s->partial = take(s, PARTIAL_SIZE * (n / BLOCK_ROWS + 1), sizeof *s->partial, &is_good);
+    s->change = take(s, n / BLOCK_ROWS + 1, sizeof *s->change, &is_good);
     s->scale = take(s, n, sizeof *s->scale, &is_good);
     s->heat = take(s, n, sizeof *s->heat, &is_good);
     s->closure = take(s, n_faces, sizeof *s->closure, &is_good);

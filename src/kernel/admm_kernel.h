@@ -14,9 +14,6 @@
 
 #include "kernel/vec3.h"
 
-/* t / 3 for t >= 0. */
-static inline int64_t k_face_of(loxo_index t) { return (int64_t)(((uint64_t)(uint32_t)t * 0xaaaaaaabu) >> 33); }
-
 /* Sum around face f of what the potentials add to its three differences: d x - d hbar. Beyond a boundary stands minus the
  * own potential. */
 static inline double k_potential_closure(const loxo_index *twin, double own, const double *potential)

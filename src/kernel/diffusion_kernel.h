@@ -9,13 +9,14 @@
 #include "kernel/vec3.h"
 
 /* One vertex of the system, divided by its diagonal and times its relaxation factor omega:
- *   value <- keep * value + constant + sum over entries coefficient * value[neighbour],  keep = 1 - omega.
- * Rows stand in breadth-first order; the entries of row p are begin[p] .. begin[p+1]-1. */
+ *   value <- keep * value + constant + sum over entries coefficient * value[neighbour].
+ * Rows stand in breadth-first order; the entries of row p are begin[p] .. begin[p+1]-1. keep is 1 - omega in exact
+ * arithmetic. It is computed from the coefficients as they were rounded, and in double: where two vertices are all but
+ * one, their common decay is the small difference 1 - keep - sum of coefficients, which must not be lost. */
 typedef struct k_row {
     uint32_t begin;
-    float keep;
-    float weight;   /* of this vertex in the change of its level: area / first value^2 */
-    float constant; /* the source's heat */
+    float weight; /* of this vertex in the change of its level: area / first value^2 */
+    double keep;
 } k_row;
 
 /* Values are kept twice, for even and for odd steps: value[2 p + (step & 1)]. An entry's slot is 2 p + kind; xor with
@@ -25,54 +26,101 @@ typedef struct k_entry {
     float coefficient;
 } k_entry;
 
-/* Cotangent weights (cot a + cot b) / 2 of the edges from vertex v to its n neighbours, whose numbers stand
- * counter-clockwise in entry[].slot, into entry[].coefficient; is_closed: the last neighbour shares a face with the
- * first. Returns one third of the area of the faces around v. Cotangents come from differences at v: cot at p_i in face
- * (v, p_i, p_j) is (|e_i|^2 - e_i . e_j) / |e_i x e_j|. A face without area contributes nothing. */
-static inline double k_cotangent_row(const loxo_mesh_view *m, loxo_index v, k_entry *restrict entry, uint32_t n,
-                                     bool is_closed)
+/* What a row is made of, in the mesh's order: entries of vertex v are begin[v] .. begin[v+1]-1, slot the neighbour,
+ * coefficient the cotangent weight; area is a third of the faces' around. */
+typedef struct k_fan {
+    uint32_t begin;
+    float area;
+} k_fan;
+
+/* Of one face: cotangents of the angles opposite its half-edges, and twice its area. */
+typedef struct k_face_shape {
+    double cotangent[3], twice_area;
+} k_face_shape;
+
+/* A face without area has cotangents 0: it contributes nothing. */
+static inline k_face_shape k_shape_of_face(const loxo_mesh_view *m, int64_t f)
 {
-    const loxo_vec3 p = k_position(m, v);
-    const loxo_vec3 e_first = v3_sub(k_position(m, (loxo_index)entry[0].slot), p);
-    const double ee_first = v3_dot(e_first, e_first);
-    const uint32_t n_faces = is_closed ? n : n - 1;
-    double carry = 0.0, weight_first = 0.0, twice_area_sum = 0.0, ee = ee_first;
-    loxo_vec3 e = e_first;
-    for (uint32_t k = 0; k < n_faces; ++k) {
-        const bool is_last = k + 1 == n;
-        const loxo_vec3 e_next = is_last ? e_first : v3_sub(k_position(m, (loxo_index)entry[k + 1].slot), p);
-        const double ee_next = is_last ? ee_first : v3_dot(e_next, e_next), along = v3_dot(e, e_next);
-        const double twice_area = v3_norm(v3_cross(e, e_next));
-        const double inverse = twice_area > 0.0 ? 0.5 / twice_area : 0.0;
-        const double weight = carry + (ee_next - along) * inverse;
-        if (k == 0) weight_first = weight;
-        entry[k].coefficient = (float)weight;
-        carry = (ee - along) * inverse;
-        twice_area_sum += twice_area;
-        e = e_next;
-        ee = ee_next;
-    }
-    if (is_closed)
-        entry[0].coefficient = (float)(weight_first + carry);
-    else
-        entry[n - 1].coefficient = (float)carry;
-    return twice_area_sum / 6.0;
+    const loxo_index *corner = &m->halfedge_vertex[3 * f];
+    const loxo_vec3 a = k_position(m, corner[0]), b = k_position(m, corner[1]), c = k_position(m, corner[2]);
+    const loxo_vec3 ab = v3_sub(b, a), bc = v3_sub(c, b), ca = v3_sub(a, c);
+    const double twice_area = v3_norm(v3_cross(ab, ca));
+    const double minus_inverse = twice_area > 0.0 ? -1.0 / twice_area : 0.0;
+    return (k_face_shape){
+        {v3_dot(bc, ca) * minus_inverse, v3_dot(ca, ab) * minus_inverse, v3_dot(ab, bc) * minus_inverse}, twice_area};
 }
 
-#define PARTIAL_SIZE 3
+/* Shapes of faces begin..end-1, kept to be looked at more than once; none where begin is end. */
+typedef struct k_face_shapes {
+    int64_t begin, end;
+    k_face_shape *shape;
+} k_face_shapes;
+
+static inline k_face_shape k_shape_from(const loxo_mesh_view *m, const k_face_shapes *kept, int64_t f)
+{
+    return f >= kept->begin && f < kept->end ? kept->shape[f - kept->begin] : k_shape_of_face(m, f);
+}
+
+/* Number of neighbours. */
+static inline uint32_t k_degree(const loxo_mesh_view *m, loxo_index v)
+{
+    const loxo_index first = m->vertex_halfedge[v];
+    uint32_t n = 0;
+    if (first < 0) return 0;
+    loxo_index h = first;
+    do {
+        ++n;
+        h = m->halfedge_twin[k_previous(h)];
+    } while (h >= 0 && h != first);
+    return h < 0 ? n + 1 : n;
+}
+
+/* Entries of vertex v, which has faces: neighbours counter-clockwise with the cotangent weights (cot a + cot b) / 2 of the
+ * edges, the same seen from both ends. Returns one third of the area of the faces around. */
+static inline double k_cotangent_row(const loxo_mesh_view *m, const k_face_shapes *kept, loxo_index v, k_entry *entry)
+{
+    const loxo_index first = m->vertex_halfedge[v];
+    loxo_index h = first, back = -1;
+    double twice_area = 0.0, before = 0.0;
+    uint32_t n = 0;
+    do {
+        const int64_t f = k_face_of(h);
+        const k_face_shape s = k_shape_from(m, kept, f);
+        back = k_previous(h);
+        entry[n].slot = (uint32_t)k_head(m, h);
+        entry[n++].coefficient = (float)(0.5 * (before + s.cotangent[h - 3 * f]));
+        before = s.cotangent[back - 3 * f];
+        twice_area += s.twice_area;
+        h = m->halfedge_twin[back];
+    } while (h >= 0 && h != first);
+    if (h < 0) { /* the last neighbour at a boundary: only the half-edge towards us exists */
+        entry[n].slot = (uint32_t)m->halfedge_vertex[back];
+        entry[n].coefficient = (float)(0.5 * before);
+    } else {
+        const int64_t f = k_face_of(h);
+        entry[0].coefficient = (float)(0.5 * (before + k_shape_from(m, kept, f).cotangent[h - 3 * f]));
+    }
+    return twice_area / 6.0;
+}
+
+/* Of a block of rows: the squared relative change of its values, root mean square weighted by area, in the last even and
+ * the last odd step; and the weight of its values. */
+typedef struct k_change {
+    float square[2], size;
+} k_change;
 
 /* Relaxes rows begin..end-1 of one block once: first every other row, then those between, so that neighbours in a level,
- * which mostly stand side by side, are not waited for. partial[parity] receives the block's sum of weight * (change)^2,
- * partial[2] that of weight * value^2. */
-static inline void k_relax_block(const k_row *restrict row, const k_entry *restrict entry, double *value, int64_t begin,
-                                 int64_t end, unsigned parity, float *partial)
+ * which mostly stand side by side, are not waited for. constant[p] is the heat of row p, a source; NULL: there is none. */
+static inline void k_relax_block(const k_row *restrict row, const k_entry *restrict entry, const float *constant,
+                                 double *value, int64_t begin, int64_t end, unsigned parity, k_change *change)
 {
     double moved = 0.0, size = 0.0;
     for (int64_t start = begin; start < begin + 2; ++start) {
         for (int64_t p = start; p < end; p += 2) {
             const double old = value[(2 * p + 1) ^ parity];
             const k_entry *e = &entry[row[p].begin], *const e_end = &entry[row[p + 1].begin];
-            double sum = (double)row[p].constant + (double)row[p].keep * old;
+            double sum = row[p].keep * old;
+            if (constant != NULL) sum += (double)constant[p];
             for (; e + 2 < e_end; e += 3) {
                 sum += (double)e[0].coefficient * value[e[0].slot ^ parity];
                 sum += (double)e[1].coefficient * value[e[1].slot ^ parity];
@@ -85,15 +133,15 @@ static inline void k_relax_block(const k_row *restrict row, const k_entry *restr
             size += (double)row[p].weight * (sum * sum);
         }
     }
-    partial[parity] = (float)moved;
-    partial[2] = (float)size;
+    change->square[parity] = size > 0.0 ? (float)(moved / size) : size == 0.0 ? 0.0f : HUGE_VALF;
+    change->size = (float)size;
 }
 
-/* Right side minus left side of row p: what relaxing it now would add to its value. */
-static inline double k_row_step(const k_row *restrict row, const k_entry *restrict entry, const double *value,
-                                int64_t p)
+/* Right side minus left side of row p, whose heat is constant: what relaxing it now would add to its value. */
+static inline double k_row_step(const k_row *restrict row, const k_entry *restrict entry, double constant,
+                                const double *value, int64_t p)
 {
-    double sum = (double)row[p].constant + (double)row[p].keep * value[2 * p];
+    double sum = constant + row[p].keep * value[2 * p];
     for (uint32_t k = row[p].begin; k < row[p + 1].begin; ++k)
         sum += (double)entry[k].coefficient * value[entry[k].slot & ~1u];
     return sum - value[2 * p];

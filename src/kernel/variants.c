@@ -5,12 +5,15 @@
 #include "kernel/admm_kernel.h"
 #include "kernel/descent_kernel.h"
 
-static void relax_blocks(const k_row *row, const k_entry *entry, double *value, int64_t begin, int64_t end,
-                         int64_t block_rows, unsigned parity, float *partial)
+static void relax_blocks(const k_row *row, const k_entry *entry, const float *constant, double *value, int64_t begin,
+                         int64_t end, int64_t block_rows, unsigned parity, k_change *change)
 {
-    for (int64_t b = begin; b < end; b += block_rows, partial += PARTIAL_SIZE) {
+    for (int64_t b = begin; b < end; b += block_rows, ++change) {
         const int64_t block_end = b + block_rows < end ? b + block_rows : end;
-        k_relax_block(row, entry, value, b, block_end, parity, partial);
+        if (constant == NULL)
+            k_relax_block(row, entry, NULL, value, b, block_end, parity, change);
+        else
+            k_relax_block(row, entry, constant, value, b, block_end, parity, change);
     }
 }
 

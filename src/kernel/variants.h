@@ -10,9 +10,9 @@
 
 typedef struct k_variant {
     const char *name;
-    /* Relaxes whole blocks of block_rows; partial as k_relax_block, PARTIAL_SIZE numbers a block. */
-    void (*relax_blocks)(const k_row *row, const k_entry *entry, double *value, int64_t begin, int64_t end,
-                         int64_t block_rows, unsigned parity, float *partial);
+    /* Relaxes whole blocks of block_rows, see k_relax_block; change: one a block. */
+    void (*relax_blocks)(const k_row *row, const k_entry *entry, const float *constant, double *value, int64_t begin,
+                         int64_t end, int64_t block_rows, unsigned parity, k_change *change);
     /* Faces begin..end-1: unit directions h = -grad u / |grad u| and their products with the three half-edges. */
     void (*face_differences)(const loxo_mesh_view *m, const double *value, const int32_t *scale, int64_t begin,
                              int64_t end, double *difference);

@@ -59,6 +59,9 @@ static inline loxo_index k_next(loxo_index h) { return (loxo_index)(h % 3 == 2 ?
 
 static inline loxo_index k_previous(loxo_index h) { return (loxo_index)(h % 3 == 0 ? h + 2 : h - 1); }
 
+/* The face of h >= 0: h / 3. */
+static inline int64_t k_face_of(loxo_index h) { return (int64_t)(((uint64_t)(uint32_t)h * 0xaaaaaaabu) >> 33); }
+
 /* Where half-edge h ends. */
 static inline loxo_index k_head(const loxo_mesh_view *m, loxo_index h) { return m->halfedge_vertex[k_next(h)]; }
 

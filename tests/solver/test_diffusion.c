@@ -148,14 +148,14 @@ TEST(not_converged_is_told)
     double *distance = surface_numbers(&s);
     loxo_geodesic_info info;
     loxo_geodesic *g;
-    direct_heat(&s, 100.0, (const loxo_index[]){7}, 1, &truth);
-    settings.time_factor = 100.0;
-    settings.diffusion_tolerance = 1e-9;
+    direct_heat(&s, 400.0, (const loxo_index[]){7}, 1, &truth);
+    settings.time_factor = 400.0;
+    settings.diffusion_tolerance = 1e-12;
     CHECK_OK(loxo_geodesic_create(test_context, s.mesh, &settings, &g));
     CHECK_STATUS(test_context, loxo_geodesic_solve(g, (const loxo_index[]){7}, 1, distance, &info), LOXO_NOT_CONVERGED);
     CHECK_OK(loxo_geodesic_heat(g, u.value, u.scale));
     CHECK(!info.diffusion_converged);
-    CHECK(error_between(&s, &u, &truth) < 1e-3);
+    CHECK(error_between(&s, &u, &truth) < 1e-5);
     loxo_geodesic_destroy(g);
     heat_release(&truth);
     heat_release(&u);
@@ -261,21 +261,6 @@ TEST(no_underflow_on_a_strip_of_20000_edges)
     surface_destroy(&s);
 }
 
-/* The neighbours of v, counter-clockwise, as the solver notes them; true when they close. */
-static bool neighbours_of(const loxo_mesh_view *m, loxo_index v, k_entry *entry, uint32_t *n)
-{
-    const loxo_index first = m->vertex_halfedge[v];
-    loxo_index h = first, back = -1;
-    *n = 0;
-    do {
-        entry[(*n)++].slot = (uint32_t)k_head(m, h);
-        back = k_previous(h);
-        h = m->halfedge_twin[back];
-    } while (h >= 0 && h != first);
-    if (h < 0) entry[(*n)++].slot = (uint32_t)m->halfedge_vertex[back];
-    return h >= 0;
-}
-
 static void check_rows(loxo_shape shape, int64_t n_vertices)
 {
     loxo_mesh_report report;
@@ -284,14 +269,14 @@ static void check_rows(loxo_shape shape, int64_t n_vertices)
     const loxo_mesh_view m = loxo_mesh_get_view(s.mesh);
     long double *c = loxo_allocate(test_context, n * n, sizeof *c), *a = loxo_allocate(test_context, n * n, sizeof *a);
     double *row = surface_numbers(&s), *weights = loxo_allocate(test_context, n * n, sizeof *weights), area = 0.0;
+    const k_face_shapes none = {0, 0, NULL};
     k_entry entry[64];
     dense_matrix(&s.arrays, 0.0L, 1.0L, c);
     dense_matrix(&s.arrays, 1.0L, 0.0L, a);
     memset(weights, 0, (size_t)(n * n) * sizeof *weights);
     for (int64_t v = 0; v < n; ++v) {
-        uint32_t degree;
-        const bool is_closed = neighbours_of(&m, (loxo_index)v, entry, &degree);
-        const double own = k_cotangent_row(&m, (loxo_index)v, entry, degree, is_closed);
+        const uint32_t degree = k_degree(&m, (loxo_index)v);
+        const double own = k_cotangent_row(&m, &none, (loxo_index)v, entry);
         double sum = 0.0;
         CHECK_NEAR(own, (double)a[v * n + v], 1e-14 * own);
         area += own;

@@ -14,16 +14,16 @@
 
 #include <string.h>
 
-/* A level that has not settled after so many updates is left as it is, and the solve says so. */
-#define MAX_UPDATES  400
-#define CHUNK_BLOCKS 4
-#define MIN_RATIO    0.4
-#define MAX_RATIO    0.98
-#define RING         512 /* steps in flight: at most MAX_UPDATES / 2 + 2; a power of two */
+#define CHUNK_BLOCKS        4
+#define CALM_OVER_TOLERANCE 0.25 /* a block that changes by less is not relaxed, see is_calm */
+#define WORST_BLOCK         2.0
+#define MIN_RATIO           0.4
+#define MAX_RATIO           0.98
+#define RING                512 /* steps in flight: at most MAX_UPDATES / 2 + 2; a power of two */
 /* A relative change e of the values, root mean square over a level, turns the directions by about 3 e sqrt(m), eq. (8):
  * where values settle evenly, and by up to five times that on a scan with patches of small triangles, measured against
  * converged solutions: the estimate is made to hold for both. */
-#define DIRECTIONS_PER_CHANGE 16.0
+#define DIRECTIONS_PER_CHANGE 8.0
 /* Levels smaller than this on average are not worth sharing out. */
 #define MIN_LEVEL_PER_THREAD 192
 
@@ -34,18 +34,21 @@ typedef enum act {
     ACT_LINK_OUTWARD,
     ACT_LINK_OUTWARD_AND_RELAX,
     ACT_RELAX,
+    ACT_RELAX_ALL, /* calm blocks, too */
     ACT_FINISH
 } act;
 
 typedef struct unit {
     act act;
     int64_t level, step;
+    bool is_inner_moving; /* the level inside is relaxed in this step, too */
 } unit;
 
 /* Where each step stands: the first level that it relaxes, and how far levels from there on were found final. */
 typedef struct march {
     loxo_geodesic *g;
     double tolerance; /* relative change */
+    float calm;       /* square of the relative change that is next to nothing */
     int64_t time;
     int64_t first[RING], final[RING];
     int n_units;
@@ -64,36 +67,95 @@ static int64_t n_blocks(const loxo_geodesic *g, int64_t level)
     return (level_size(g, level) + BLOCK_ROWS - 1) / BLOCK_ROWS;
 }
 
-/* Blocks of a level have their shares of the change at consecutive places; those of other levels elsewhere. */
-static float *partial_of(const loxo_geodesic *g, int64_t level)
+static int64_t block_size(const loxo_geodesic *g, int64_t level, int64_t b)
 {
-    return g->partial + PARTIAL_SIZE * (g->level_begin[level] / BLOCK_ROWS + level);
+    const int64_t rest = level_size(g, level) - b * BLOCK_ROWS;
+    return rest < BLOCK_ROWS ? rest : BLOCK_ROWS;
 }
 
-/* Does blocks first_block .. first_block + CHUNK_BLOCKS - 1 of a unit. */
-static void do_blocks(loxo_geodesic *g, unit u, int64_t first_block)
+/* Relaxes blocks first..last-1 of a level. */
+static void relax(loxo_geodesic *g, unit u, int64_t first, int64_t last)
 {
-    const int64_t base = g->level_begin[u.level], level_end = g->level_begin[u.level + 1];
-    const int64_t begin = base + first_block * BLOCK_ROWS, most = begin + (int64_t)CHUNK_BLOCKS * BLOCK_ROWS;
-    const int64_t end = most < level_end ? most : level_end;
-    const unsigned parity = (unsigned)u.step & 1u;
+    const float *constant = u.level == 0 ? g->first : NULL;
+    const int64_t base = g->level_begin[u.level], end = g->level_begin[u.level + 1];
+    while (first < last) { /* twice where the ring ends */
+        const int64_t at = geodesic_block(g, u.level, first), room = g->n_ring - at;
+        const int64_t until = first + room < last ? first + room : last;
+        const int64_t stop = base + until * BLOCK_ROWS < end ? base + until * BLOCK_ROWS : end;
+        g->kernels->relax_blocks(g->row, g->entry, constant, g->value, base + first * BLOCK_ROWS, stop, BLOCK_ROWS,
+                                 (unsigned)u.step & 1u, &g->change[at]);
+        first = until;
+    }
+}
+
+/* Whether all blocks that this one looks at, itself among them, changed next to nothing when they were relaxed last. It
+ * then keeps its values. A level is in motion until everything around it has been relaxed at least twice. */
+static bool is_calm(const loxo_geodesic *g, unit u, int64_t b, float calm)
+{
+    if (u.step - u.level < 4) return false;
+    const block_reach *reach = &g->reach[geodesic_block(g, u.level, b)];
+    for (int side = 0; side < 3; ++side) {
+        const unsigned parity = (unsigned)(side == 0 ? u.step : u.step - 1) & 1u;
+        if (side == 0 && !u.is_inner_moving) continue;
+        for (int64_t i = reach->first[side]; i <= reach->last[side]; ++i)
+            if (!(g->change[geodesic_block(g, u.level + side - 1, i)].square[parity] <= calm)) return false;
+    }
+    return g->change[geodesic_block(g, u.level, b)].square[1 - (u.step & 1)] <= calm;
+}
+
+static void keep_values(loxo_geodesic *g, unit u, int64_t b)
+{
+    const int64_t begin = g->level_begin[u.level] + b * BLOCK_ROWS, end = begin + block_size(g, u.level, b);
+    const int64_t parity = u.step & 1;
+    k_change *change = &g->change[geodesic_block(g, u.level, b)];
+    if (change->square[1 - parity] != 0.0f) /* else both values of a place are alike */
+        for (int64_t p = begin; p < end; ++p)
+            g->value[(2 * p) ^ parity] = g->value[(2 * p + 1) ^ parity];
+    change->square[parity] = 0.0f;
+}
+
+/* Blocks first..last-1; runs of those that are not calm together. Returns the number of places that were left alone. */
+static int64_t relax_moving(loxo_geodesic *g, unit u, int64_t first, int64_t last, float calm)
+{
+    int64_t run = first, n_kept = 0;
+    for (int64_t b = first; b < last; ++b) {
+        if (!is_calm(g, u, b, calm)) continue;
+        relax(g, u, run, b);
+        keep_values(g, u, b);
+        n_kept += block_size(g, u.level, b);
+        run = b + 1;
+    }
+    relax(g, u, run, last);
+    return n_kept;
+}
+
+/* Does blocks first.. of a unit, CHUNK_BLOCKS at most. Returns the number of places that were left alone. */
+static int64_t do_blocks(loxo_geodesic *g, unit u, int64_t first, float calm)
+{
+    const int64_t n = n_blocks(g, u.level), last = first + CHUNK_BLOCKS < n ? first + CHUNK_BLOCKS : n;
+    const int64_t begin = g->level_begin[u.level] + first * BLOCK_ROWS, most = begin + (last - first) * BLOCK_ROWS;
+    const int64_t level_end = g->level_begin[u.level + 1], end = most < level_end ? most : level_end;
+    const int64_t parity = u.step & 1;
     switch (u.act) {
-    case ACT_BUILD: geodesic_build_rows(g, u.level, begin, end, false); return;
-    case ACT_BUILD_PLAIN: geodesic_build_rows(g, u.level, begin, end, true); return;
-    case ACT_LINK: geodesic_link_level(g, u.level, begin, end); return;
-    case ACT_LINK_OUTWARD_AND_RELAX: geodesic_link_outward(g, u.level, begin, end); break;
+    case ACT_BUILD: geodesic_build_rows(g, u.level, begin, end, false); break;
+    case ACT_BUILD_PLAIN: geodesic_build_rows(g, u.level, begin, end, true); break;
+    case ACT_LINK: geodesic_link_level(g, u.level, begin, end); break;
+    case ACT_LINK_OUTWARD_AND_RELAX:
+        geodesic_link_outward(g, u.level, begin, end);
+        relax(g, u, first, last);
+        break;
     case ACT_LINK_OUTWARD:
         geodesic_link_level(g, u.level, begin, end);
         geodesic_link_outward(g, u.level, begin, end);
-        return;
-    case ACT_RELAX: break;
+        break;
+    case ACT_RELAX: return relax_moving(g, u, first, last, calm);
+    case ACT_RELAX_ALL: relax(g, u, first, last); break;
     case ACT_FINISH:
         for (int64_t p = begin; p < end; ++p)
-            g->value[(2 * p) ^ (int64_t)parity] = g->value[(2 * p + 1) ^ (int64_t)parity];
-        return;
+            g->value[(2 * p) ^ parity] = g->value[(2 * p + 1) ^ parity];
+        break;
     }
-    float *partial = partial_of(g, u.level) + PARTIAL_SIZE * first_block;
-    g->kernels->relax_blocks(g->row, g->entry, g->value, begin, end, BLOCK_ROWS, parity, partial);
+    return 0;
 }
 
 /* Relative change of a level that later updates would still make, root mean square weighted by area. Every block's
@@ -101,17 +163,18 @@ static void do_blocks(loxo_geodesic *g, unit u, int64_t first_block)
  * its own ratio shows it when the level's as a whole does not. */
 static double change_to_come(const loxo_geodesic *g, int64_t level, int64_t step)
 {
-    const float *partial = partial_of(g, level);
-    double sum = 0.0, size = 0.0;
-    for (int64_t b = 0; b < n_blocks(g, level); ++b, partial += PARTIAL_SIZE) {
-        const double now = (double)partial[step & 1], before = (double)partial[1 - (step & 1)];
+    double sum = 0.0, size = 0.0, worst = 0.0;
+    for (int64_t b = 0; b < n_blocks(g, level); ++b) {
+        const k_change *change = &g->change[geodesic_block(g, level, b)];
+        const double now = (double)change->square[step & 1], before = (double)change->square[1 - (step & 1)];
         double ratio = MAX_RATIO;
-        if (before > 0.0 && now < MAX_RATIO * MAX_RATIO * before) ratio = fmax(sqrt(now / before), MIN_RATIO);
+        if (now < MAX_RATIO * MAX_RATIO * before) ratio = fmax(sqrt(now / before), MIN_RATIO);
         const double rest = ratio / (1.0 - ratio);
-        sum += now * rest * rest;
-        size += (double)partial[2];
+        sum += (double)change->size * now * rest * rest;
+        worst = fmax(worst, now * rest * rest);
+        size += (double)change->size;
     }
-    return size > 0.0 ? sqrt(sum / size) : size == 0.0 ? 0.0 : HUGE_VAL;
+    return size > 0.0 ? fmax(sqrt(sum / size), sqrt(worst) / WORST_BLOCK) : size == 0.0 ? 0.0 : HUGE_VAL;
 }
 
 /* What is due at a time. Returns the number of units. */
@@ -122,8 +185,9 @@ static int due(march *s, unit *units)
     int n_units = 0;
     const int64_t n_levels = g->n_levels;
     const int64_t build = (time + 2) / 3, link = (time + 1) / 3;
-    if ((time + 2) % 3 == 0 && build < n_levels) units[n_units++] = (unit){ACT_BUILD, build, build};
-    if ((time + 1) % 3 == 0 && link < n_levels) units[n_units++] = (unit){ACT_LINK, link, link};
+    if ((time + 2) % 3 == 0 && build < n_levels)
+        units[n_units++] = (unit){.act = ACT_BUILD, .level = build, .step = build};
+    if ((time + 1) % 3 == 0 && link < n_levels) units[n_units++] = (unit){.act = ACT_LINK, .level = link, .step = link};
     int64_t step = time <= 0 ? 0 : (time + 2) / 3;
     if (2 * step < time - (n_levels - 1)) step = (time - n_levels + 2) / 2;
     for (; time - 2 * step >= 0 && n_units < RING; ++step) {
@@ -131,11 +195,14 @@ static int due(march *s, unit *units)
         const int64_t final = step > 0 ? s->final[(step - 1) & (RING - 1)] : 0;
         const int64_t first = step > 0 ? s->first[(step - 1) & (RING - 1)] : 0;
         if (level < final) {
-            if (level >= first) units[n_units++] = (unit){ACT_FINISH, level, step};
+            if (level >= first) units[n_units++] = (unit){.act = ACT_FINISH, .level = level, .step = step};
             break; /* further in, everything was finished before */
         }
         if (level == final) s->first[step & (RING - 1)] = s->final[step & (RING - 1)] = final;
-        units[n_units++] = (unit){step == level + 1 ? ACT_LINK_OUTWARD_AND_RELAX : ACT_RELAX, level, step};
+        units[n_units++] = (unit){.act = step == level + 1 ? ACT_LINK_OUTWARD_AND_RELAX : ACT_RELAX,
+                                  .level = level,
+                                  .step = step,
+                                  .is_inner_moving = level > s->first[step & (RING - 1)]};
     }
     return n_units;
 }
@@ -183,11 +250,12 @@ static int64_t march_advance(void *arg)
 
 static void march_work(void *arg, int64_t chunk)
 {
-    const march *s = arg;
+    march *s = arg;
     int i = 0;
     while (chunk >= s->chunk_begin[i + 1])
         ++i;
-    do_blocks(s->g, s->units[i], (chunk - s->chunk_begin[i]) * CHUNK_BLOCKS);
+    const int64_t n_kept = do_blocks(s->g, s->units[i], (chunk - s->chunk_begin[i]) * CHUNK_BLOCKS, s->calm);
+    if (n_kept > 0) __atomic_sub_fetch(&s->result.n_updates, n_kept, __ATOMIC_RELAXED);
 }
 
 static bool march_poll(void *arg)
@@ -247,6 +315,7 @@ loxo_status geodesic_march(loxo_geodesic *g, diffusion_result *result)
     const loxo_phases phases = {march_advance, march_work, march_poll, s};
     s->g = g;
     s->tolerance = g->settings.diffusion_tolerance / directions;
+    s->calm = (float)((CALM_OVER_TOLERANCE * s->tolerance) * (CALM_OVER_TOLERANCE * s->tolerance));
     s->time = -3;
     clear_values(g);
     const bool is_stopped = loxo_phases_run(&phases, threads_for_levels(g));
@@ -282,7 +351,6 @@ static void even_out_scales(loxo_geodesic *g, int64_t level)
         g->value[2 * p] *= factor;
         g->value[2 * p + 1] *= factor;
         g->first[p] = (float)((double)g->first[p] * factor);
-        g->row[p].constant = (float)((double)g->row[p].constant * factor);
         for (uint32_t k = g->row[p].begin; k < g->row[p + 1].begin; ++k) /* the others are not linked yet */
             if ((int64_t)(g->entry[k].slot >> 1) < begin)
                 g->entry[k].coefficient = (float)((double)g->entry[k].coefficient * factor);
@@ -298,7 +366,7 @@ static int64_t sweep_advance(void *arg)
         if (s->unit.act == ACT_BUILD_PLAIN)
             s->unit.act = ACT_LINK_OUTWARD;
         else {
-            s->unit.act = ACT_RELAX;
+            s->unit.act = ACT_RELAX_ALL;
             __atomic_store_n(&s->unit.step, s->unit.step + 1, __ATOMIC_RELAXED); /* the poll looks at it */
             if (s->unit.step >= s->g->settings.n_sweeps) return -1;
         }
@@ -309,7 +377,7 @@ static int64_t sweep_advance(void *arg)
 static void sweep_work(void *arg, int64_t chunk)
 {
     const sweeping *s = arg;
-    do_blocks(s->g, s->unit, chunk * CHUNK_BLOCKS);
+    do_blocks(s->g, s->unit, chunk * CHUNK_BLOCKS, 0.0f);
 }
 
 static bool sweep_poll(void *arg)
@@ -329,7 +397,7 @@ static bool sweep_poll(void *arg)
  * the inside out, all vertices of a level from the values that their level had before. */
 loxo_status geodesic_sweep(loxo_geodesic *g, diffusion_result *result)
 {
-    sweeping s = {.g = g, .unit = {ACT_BUILD_PLAIN, -1, 0}};
+    sweeping s = {.g = g, .unit = {.act = ACT_BUILD_PLAIN, .level = -1}};
     const loxo_phases phases = {sweep_advance, sweep_work, sweep_poll, &s};
     clear_values(g);
     const bool is_stopped = loxo_phases_run(&phases, threads_for_levels(g));

@@ -6,7 +6,6 @@
 
 #define SHARE_OF_GAIN       0.5 /* how far omega goes from 1 towards the local limit, see relaxation() */
 #define MAX_GAIN            4.0
-#define PREFETCH_ROWS       6
 #define MOST_OCTAVES        100
 #define SAFETY_OF_SPLITTING 0.95
 
@@ -31,6 +30,11 @@ static double relaxation(double gain, double area, double diagonal, double cross
     const double optimum = 2.0 / (1.0 + sqrt(1.0 - jacobi * jacobi)), stable = 1.0 + SHARE_OF_GAIN * (gain - 1.0);
     const double split = crossing > 0.0 ? SAFETY_OF_SPLITTING * 2.0 / (1.0 + crossing) : 2.0;
     return fmin(split, stable < optimum ? stable : optimum);
+}
+
+static float scaled(float coefficient, int64_t octaves)
+{
+    return (float)((double)coefficient * k_power_of_two(octaves));
 }
 
 /* Order in which k_relax_block updates the places of a block that begins at `begin`. */
@@ -70,13 +74,12 @@ static inner_sum hear_inner(const loxo_geodesic *g, const k_entry *entry, uint32
  * edge further out. */
 static inner_sum borrow_from_parent(const loxo_geodesic *g, int64_t place, unsigned parity)
 {
-    const loxo_index h = g->parent[place], start = g->m.halfedge_vertex[h];
-    const loxo_index v = g->order[place], from = start == v ? k_head(&g->m, h) : start;
-    const int64_t q = g->rank[from];
+    const int64_t q = g->parent[place];
     const double value = fabs(g->value[(2 * q) ^ (int64_t)parity]);
     return (inner_sum){.sum = value > 0.0 ? 0.25 * value : 0.25, .gain = 1.0, .scale = g->scale[q]};
 }
 
+/* Lengths are in units of the mean edge length: t is the time factor. */
 static void build_row(loxo_geodesic *g, int64_t level, int64_t place, int64_t block, bool is_plain)
 {
     const int64_t level_begin = g->level_begin[level], level_end = g->level_begin[level + 1];
@@ -85,12 +88,10 @@ static void build_row(loxo_geodesic *g, int64_t level, int64_t place, int64_t bl
     k_row *row = &g->row[place];
     k_entry *entry = &g->entry[row->begin];
     const uint32_t n = g->row[place + 1].begin - row->begin;
-    const loxo_index v = g->order[place];
-    double weight_sum = 0.0;
-    double area = k_cotangent_row(&g->m, v, entry, n, g->m.halfedge_twin[g->m.vertex_halfedge[v]] >= 0);
+    double area = (double)row->weight, time = g->settings.time_factor, weight_sum = 0.0;
     for (uint32_t k = 0; k < n; ++k)
         weight_sum += (double)entry[k].coefficient;
-    double diagonal = area + g->time * weight_sum, time = g->time;
+    double diagonal = area + time * weight_sum;
     if (!(diagonal > 0.0) || !isfinite(diagonal)) { /* all faces without area: the mean of the neighbours */
         for (uint32_t k = 0; k < n; ++k)
             entry[k].coefficient = 1.0f;
@@ -100,7 +101,7 @@ static void build_row(loxo_geodesic *g, int64_t level, int64_t place, int64_t bl
     }
     double crossing = 0.0;
     for (uint32_t k = 0; k < n; ++k) {
-        const int64_t q = g->rank[entry[k].slot];
+        const int64_t q = entry[k].slot;
         uint32_t kind = q < level_begin ? 0 : 1;
         if (!is_plain && q >= block && q < block_end)
             kind = is_relaxed_before(block, q, place) ? 0 : 1;
@@ -121,46 +122,54 @@ static void build_row(loxo_geodesic *g, int64_t level, int64_t place, int64_t bl
     const double first = inner.sum / diagonal;
     int32_t shift = k_exponent(first);
     if (is_plain && shift < -OCTAVES_APART) shift = -OCTAVES_APART; /* see geodesic_sweep */
-    const double omega = is_plain ? 1.0 : relaxation(inner.gain, area, diagonal, crossing * time / diagonal);
+    const double omega =
+        is_plain || level == 0 ? 1.0 : relaxation(inner.gain, area, diagonal, crossing * time / diagonal);
     const double mantissa = first * k_power_of_two(-(int64_t)shift); /* in [1, 2), or less */
     const double value = is_plain ? mantissa : mantissa * inner.gain;
     g->scale[place] = inner.scale + shift;
-    g->first[place] = (float)mantissa;
+    g->first[place] = (float)mantissa; /* of a source, what its heat adds at every update */
     g->value[2 * place] = value;
     g->value[2 * place + 1] = value;
-    row->keep = (float)(1.0 - omega);
-    row->constant = level == 0 ? (float)(omega * mantissa) : 0.0f;
     row->weight = (float)(area / (value * value) / g->area);
     const double factor = omega * time / diagonal;
+    double sum = omega * area / diagonal;
     for (uint32_t k = 0; k < n; ++k) {
         const int64_t q = entry[k].slot >> 1;
-        double c = factor * (double)entry[k].coefficient;
-        if (q < level_begin) c *= k_power_of_two((int64_t)g->scale[q] - g->scale[place]);
-        entry[k].coefficient = (float)c;
+        const float c = (float)(factor * (double)entry[k].coefficient);
+        sum += (double)c;
+        entry[k].coefficient = q < level_begin ? scaled(c, (int64_t)g->scale[q] - g->scale[place]) : c;
     }
+    row->keep = is_plain ? 0.0 : 1.0 - sum;
 }
 
-/* The neighbours' positions and places stand anywhere: asked for a few rows ahead. */
-static void prefetch_neighbours(const loxo_geodesic *g, int64_t place)
+static void find_reach(loxo_geodesic *g, int64_t level, int64_t begin, int64_t end)
 {
-    for (uint32_t k = g->row[place].begin; k < g->row[place + 1].begin; ++k) {
-        const int64_t v = g->entry[k].slot;
-        __builtin_prefetch(&g->rank[v]);
-        if (g->m.position != NULL)
-            __builtin_prefetch(&g->m.position[v]);
-        else
-            __builtin_prefetch(&g->m.position_float[v]);
+    const int64_t level_begin = g->level_begin[level], level_end = g->level_begin[level + 1];
+    const int64_t base[3] = {level > 0 ? g->level_begin[level - 1] : 0, level_begin, level_end};
+    loxo_index first[3] = {LOXO_INDEX_MAX, LOXO_INDEX_MAX, LOXO_INDEX_MAX}, last[3] = {-1, -1, -1};
+    for (uint32_t k = g->row[begin].begin; k < g->row[end].begin; ++k) {
+        const loxo_index q = (loxo_index)(g->entry[k].slot >> 1);
+        const int side = q < level_begin ? 0 : q < level_end ? 1 : 2;
+        first[side] = q < first[side] ? q : first[side];
+        last[side] = q > last[side] ? q : last[side];
+    }
+    block_reach *reach = &g->reach[geodesic_block(g, level, (begin - level_begin) / BLOCK_ROWS)];
+    for (int side = 0; side < 3; ++side) {
+        const bool is_none = last[side] < 0;
+        reach->first[side] = is_none ? 0 : (int32_t)((first[side] - base[side]) / BLOCK_ROWS);
+        reach->last[side] = is_none ? -1 : (int32_t)((last[side] - base[side]) / BLOCK_ROWS);
     }
 }
 
 /* begin..end-1 are whole blocks of the level. */
 void geodesic_build_rows(loxo_geodesic *g, int64_t level, int64_t begin, int64_t end, bool is_plain)
 {
-    for (int64_t block = begin; block < end; block += BLOCK_ROWS)
-        for (int64_t p = block; p < block + BLOCK_ROWS && p < end; ++p) {
-            if (p + PREFETCH_ROWS < end) prefetch_neighbours(g, p + PREFETCH_ROWS);
+    for (int64_t block = begin; block < end; block += BLOCK_ROWS) {
+        const int64_t block_end = block + BLOCK_ROWS < end ? block + BLOCK_ROWS : end;
+        for (int64_t p = block; p < block_end; ++p)
             build_row(g, level, p, block, is_plain);
-        }
+        if (!is_plain) find_reach(g, level, block, block_end);
+    }
 }
 
 /* Multiplies in the scales of the neighbours whose places are in from..to-1. */
@@ -174,8 +183,7 @@ static void link(loxo_geodesic *g, int64_t begin, int64_t end, int64_t from, int
              * coefficient holds. The larger one then overtakes the other by MOST_OCTAVES only; what lies behind gets its
              * heat through here, all of it smaller by the same power of two, and directions do not see that. */
             const int64_t octaves = (int64_t)g->scale[q] - g->scale[p];
-            const double power = k_power_of_two(octaves < MOST_OCTAVES ? octaves : MOST_OCTAVES);
-            g->entry[k].coefficient = (float)((double)g->entry[k].coefficient * power);
+            g->entry[k].coefficient = scaled(g->entry[k].coefficient, octaves < MOST_OCTAVES ? octaves : MOST_OCTAVES);
         }
 }
 

@@ -41,6 +41,8 @@ static void lay_out(loxo_geodesic *g)
 {
     loxo_arena *a = &g->arena;
     const int64_t n = g->m.n_vertices, n_faces = g->m.n_faces;
+    g->fan = loxo_arena_take(a, n + 1, sizeof *g->fan);
+    g->fan_entry = loxo_arena_take(a, 3 * n_faces + g->n_boundary_edges, sizeof *g->fan_entry);
     g->order = loxo_arena_take(a, n, sizeof *g->order);
     g->rank = loxo_arena_take(a, n, sizeof *g->rank);
     g->parent = loxo_arena_take(a, n, sizeof *g->parent);
@@ -50,7 +52,9 @@ static void lay_out(loxo_geodesic *g)
 
     const size_t mark = loxo_arena_mark(a);
     g->first = loxo_arena_take(a, n, sizeof *g->first);
-    g->partial = loxo_arena_take(a, PARTIAL_SIZE * (n + n / BLOCK_ROWS + 2), sizeof *g->partial);
+    g->n_ring = n / BLOCK_ROWS + MAX_UPDATES + 100;
+    g->change = loxo_arena_take(a, g->n_ring, sizeof *g->change);
+    g->reach = loxo_arena_take(a, g->n_ring, sizeof *g->reach);
     g->row = loxo_arena_take(a, n + 1, sizeof *g->row);
     g->entry = loxo_arena_take(a, 3 * n_faces + g->n_boundary_edges, sizeof *g->entry);
 
@@ -110,7 +114,7 @@ static loxo_status measure_mesh(loxo_geodesic *g)
     const double area = sums[3];
     g->mean_edge_length = sums[0] / sums[1];
     g->n_boundary_edges = (int64_t)sums[2];
-    g->area = area;
+    g->area = area / (g->mean_edge_length * g->mean_edge_length);
     g->time = g->settings.time_factor * g->mean_edge_length * g->mean_edge_length;
     if (!(area > 0.0) || !isfinite(area) || !(g->mean_edge_length > 1e-40) || !(g->mean_edge_length < 1e40))
         return loxo_fail(g->ctx, LOXO_ERR_MESH,
@@ -141,6 +145,7 @@ loxo_status loxo_geodesic_create(loxo_context *ctx, const loxo_mesh *mesh, const
     lay_out(g);
     if ((status = loxo_arena_reserve(ctx, &g->arena, "geodesic: the workspace")) < 0) goto fail;
     lay_out(g);
+    if ((status = geodesic_make_fans(g)) < 0) goto fail;
     if (chosen.global_constraints && (status = loxo_cycle_basis(ctx, &g->m, &g->cycles)) < 0) goto fail;
     g->prepare_s = loxo_os_clock_s() - start_s;
     *out = g;
@@ -357,6 +362,7 @@ static loxo_status solve(loxo_geodesic *g, const loxo_index *sources, int64_t n_
     if (status < 0) return status;
     g->has_heat = true;
     geodesic_clock(g, LOXO_GEODESIC_PHASE_DIFFUSION, info);
+    geodesic_find_tree_halfedges(g);
 
     if ((status = recover(g, n_own, info)) < 0) return status;
     geodesic_integrate(g);

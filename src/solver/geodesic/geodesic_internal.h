@@ -12,11 +12,18 @@
 
 #include <loxo/geodesic.h>
 
+#define MAX_UPDATES 400 /* a level that has not settled after so many is left to settle.c */
 /* Rows of a level are relaxed in blocks of so many; neighbours in other blocks of the level count with their value of
  * the step before. Part of the answer: another number gives other bits. */
 #define BLOCK_ROWS 64
 /* Of LOXO_DIFFUSION_SWEEPS: scales of a level, and of a vertex and its inner neighbours, are at most so far apart. */
 #define OCTAVES_APART 32
+
+/* Blocks, counted in their level, that a block's rows have neighbours in: first to last of the level inside, of its own and
+ * of the level outside; last before first: none. */
+typedef struct block_reach {
+    int32_t first[3], last[3];
+} block_reach;
 
 /* Arrays in breadth-first order stand at index p («place»), those of the mesh at v or f or h. */
 struct loxo_geodesic {
@@ -26,18 +33,22 @@ struct loxo_geodesic {
     loxo_geodesic_settings settings;
     const k_variant *kernels;
 
-    double mean_edge_length, time, area;
+    double mean_edge_length, time;
+    double area; /* in units of mean_edge_length^2 */
     int64_t n_boundary_edges;
     loxo_chains cycles;
     double prepare_s, clock_s;
     bool has_heat;
 
     loxo_arena arena;
+    /* rows of the cotangent matrix in the mesh's order, areas in units of mean_edge_length^2 */
+    k_fan *fan;         /* [n_vertices + 1] */
+    k_entry *fan_entry; /* [3 n_faces + n_boundary_edges] */
     /* breadth-first levels of the current sources: 4 arrays of 4 bytes a vertex */
     loxo_index *order;  /* [n_vertices] place -> vertex; the reached ones first */
     loxo_index *rank;   /* [n_vertices] vertex -> place; -1 not reached */
-    loxo_index *parent; /* [n_vertices] place -> half-edge between it and the vertex that found it; -1 at sources. The
-                           recovery ends with the place of that vertex there */
+    loxo_index *parent; /* [n_vertices] place -> place of the vertex that found it, -1 at sources; during the recovery the
+                           half-edge between the two */
     loxo_index *level_begin; /* [n_vertices + 1] level -> its first place */
     int64_t n_levels, n_reached;
 
@@ -46,8 +57,10 @@ struct loxo_geodesic {
     int32_t *scale; /* [n_vertices] */
 
     /* one stretch of memory, used by the diffusion first, then by the recovery */
-    float *first;   /* [n_vertices] first estimate, in the unit of scale */
-    float *partial; /* [PARTIAL_SIZE (n_vertices + n_vertices / BLOCK_ROWS + 2)] a block's change and size */
+    float *first;       /* [n_vertices] first estimate, in the unit of scale */
+    k_change *change;   /* [n_ring] of the blocks of the levels in flight, and */
+    block_reach *reach; /* [n_ring] whom they look at, see geodesic_block */
+    int64_t n_ring;
     k_row *row;     /* [n_vertices + 1] */
     k_entry *entry; /* [3 n_faces + n_boundary_edges] */
 
@@ -77,7 +90,18 @@ typedef struct diffusion_result {
     bool stopped;
 } diffusion_result;
 
-/* levels.c: breadth-first levels from sources (places 0..n-1, sorted, without repeats), row beginnings. */
+/* fans.c: fan and fan_entry. LOXO_OK, LOXO_ERR_MEMORY. */
+loxo_status geodesic_make_fans(loxo_geodesic *g);
+
+/* Where block b of a level stands in the ring. Levels of the window never meet there: it has room for all blocks of the
+ * mesh were they full, and for one that is not in each of MAX_UPDATES levels and some more. */
+static inline int64_t geodesic_block(const loxo_geodesic *g, int64_t level, int64_t b)
+{
+    return (g->level_begin[level] / BLOCK_ROWS + level + b) % g->n_ring;
+}
+
+/* levels.c: breadth-first levels from sources (places 0..n-1, sorted, without repeats); of every place the beginning and
+ * the entries of its row (slot a place, coefficient the weight) and, in weight, its area. */
 loxo_status geodesic_find_levels(loxo_geodesic *g, const loxo_index *sources, int64_t n_sources);
 
 /* diffusion.c */
@@ -103,7 +127,8 @@ loxo_status geodesic_recover_face(loxo_geodesic *g, const loxo_chains *chains, l
 /* From value and scale, at places, to vertex_value and vertex_scale. */
 void geodesic_heat_to_vertices(loxo_geodesic *g);
 
-/* integrate.c: sums the differences outward, in place. */
+/* integrate.c: from places to half-edges in parent, in the mesh's order; sums the differences outward, in place. */
+void geodesic_find_tree_halfedges(loxo_geodesic *g);
 void geodesic_integrate(loxo_geodesic *g);
 /* check.c: looks at the distances, in g->distance. */
 loxo_status geodesic_check(loxo_geodesic *g, loxo_geodesic_info *info);

@@ -5,6 +5,33 @@
 
 #define MIN_LEVEL_PER_THREAD 4096 /* an addition a vertex: smaller levels are not worth a barrier */
 
+/* Half-edge between vertex v and one of its neighbours. */
+static loxo_index halfedge_between(const loxo_mesh_view *m, loxo_index v, loxo_index neighbour)
+{
+    loxo_index h = m->vertex_halfedge[v];
+    while (k_head(m, h) != neighbour) {
+        const loxo_index back = k_previous(h);
+        if (m->halfedge_vertex[back] == neighbour) return back;
+        h = m->halfedge_twin[back];
+    }
+    return h;
+}
+
+void geodesic_find_tree_halfedges(loxo_geodesic *g)
+{
+    const int64_t n = g->m.n_vertices;
+#pragma omp parallel num_threads(loxo_threads_for(g->ctx, n, 20.0))
+    {
+        const loxo_range r = loxo_thread_range(n);
+        for (int64_t v = r.begin; v < r.end; ++v) {
+            const int64_t p = g->rank[v], next = v + PLACES_AHEAD < n ? g->rank[v + PLACES_AHEAD] : -1;
+            if (next >= 0) __builtin_prefetch(&g->parent[next], 1, 2);
+            if (p < 0 || g->parent[p] < 0) continue;
+            g->parent[p] = halfedge_between(&g->m, (loxo_index)v, g->order[g->parent[p]]);
+        }
+    }
+}
+
 int64_t geodesic_vertices_before(const loxo_geodesic *g, int64_t f)
 {
     const loxo_mesh_view *m = &g->m;

@@ -1,94 +1,271 @@
 /* SPDX-License-Identifier: MIT
- * Breadth-first levels D_0, D_1, ... of eq. (6). */
+ * Breadth-first levels D_0, D_1, ... of eq. (6), and the rows of the heat system brought into their order.
+ *
+ * A vertex belongs to the first place, in breadth-first order, that it is a neighbour of, and stands behind those that
+ * were found before it. With several threads a wide level takes three phases: its places claim the neighbours that
+ * nobody has, the lowest place wins; each chunk of places counts what it won; knowing where its own begin, it numbers
+ * them. That gives the order of one thread. */
+#include "par/phases.h"
 #include "par/range.h"
 #include "solver/geodesic/geodesic_internal.h"
 
-#define PREFETCH_VERTEX   24 /* places ahead */
-#define PREFETCH_HALFEDGE 12
-#define PREFETCH_FACES    6
+#define PREFETCH_BEGIN 24 /* places ahead */
+#define PREFETCH_FAN   12
+#define PREFETCH_RANK  6
+#define CHUNK          256
+#define WIDE           (2 * CHUNK) /* levels from here on are shared out */
+#define UNKNOWN        ((loxo_index)-1)
+#define LOWEST         ((loxo_index)(-LOXO_INDEX_MAX - 1))
 
-static inline void meet(loxo_geodesic *g, loxo_index neighbour, loxo_index halfedge, int64_t *tail)
+typedef enum stage { STAGE_BEGIN, STAGE_CLAIM, STAGE_COUNT, STAGE_NUMBER, STAGE_END } stage;
+
+typedef struct chunk_sum {
+    int64_t n_found, n_entries; /* won by the chunk; then where its own begin */
+} chunk_sum;
+
+typedef struct search {
+    loxo_geodesic *g;
+    int n_threads;
+    stage stage;
+    int64_t begin, end, tail;     /* the level whose neighbours are looked for, and the end of what was found */
+    int64_t last_begin, last_end; /* the level before, as long as its entries are not written */
+    int64_t n_entries;            /* of places up to tail */
+    int64_t n_last_chunks;        /* of the phase, come first */
+    chunk_sum *sum;               /* a chunk of the level; in the room of the blocks' reach, which comes later */
+    int64_t progress;             /* places, for the poll */
+} search;
+
+static inline uint32_t degree_of(const loxo_geodesic *g, int64_t v) { return g->fan[v + 1].begin - g->fan[v].begin; }
+
+static inline const k_entry *fan_of(const loxo_geodesic *g, loxo_index v, uint32_t *n)
 {
-    if (g->rank[neighbour] >= 0) return;
-    g->rank[neighbour] = (loxo_index)*tail;
-    g->order[*tail] = neighbour;
-    g->parent[*tail] = halfedge;
-    ++*tail;
+    *n = degree_of(g, v);
+    return &g->fan_entry[g->fan[v].begin];
 }
 
-/* Takes in the neighbours of the vertex at a place that nobody found before, and notes all of them, counter-clockwise, as
- * the entries of its row: walking around a vertex waits for memory at every step, so it is done once. Returns the
- * degree. */
-static inline uint32_t expand(loxo_geodesic *g, int64_t place, k_entry *entry, int64_t *tail)
+static inline void prefetch(const loxo_geodesic *g, int64_t place, int64_t end)
 {
-    const loxo_mesh_view *m = &g->m;
-    const loxo_index first = m->vertex_halfedge[g->order[place]];
-    loxo_index h = first, back = -1;
-    uint32_t degree = 0;
-    do {
-        const loxo_index neighbour = k_head(m, h);
-        entry[degree++].slot = (uint32_t)neighbour;
-        meet(g, neighbour, h, tail);
-        back = k_previous(h);
-        h = m->halfedge_twin[back];
-    } while (h >= 0 && h != first);
-    if (h < 0) { /* the last neighbour at a boundary: only the half-edge towards us exists */
-        entry[degree++].slot = (uint32_t)m->halfedge_vertex[back];
-        meet(g, m->halfedge_vertex[back], back, tail);
+    if (place + PREFETCH_BEGIN < end) __builtin_prefetch(&g->fan[g->order[place + PREFETCH_BEGIN]]);
+    if (place + PREFETCH_FAN < end) {
+        const k_entry *fan = &g->fan_entry[g->fan[g->order[place + PREFETCH_FAN]].begin];
+        __builtin_prefetch(fan);
+        __builtin_prefetch(fan + 6);
     }
-    return degree;
+    if (place + PREFETCH_RANK < end) {
+        uint32_t n;
+        const k_entry *fan = fan_of(g, g->order[place + PREFETCH_RANK], &n);
+        for (uint32_t k = 0; k < n; ++k)
+            __builtin_prefetch(&g->rank[fan[k].slot]);
+    }
 }
 
-static inline void prefetch(const loxo_geodesic *g, int64_t place, int64_t tail)
+/* One thread: finds the neighbours of the level's places and writes the entries at once. */
+static void expand_alone(search *s)
 {
-    if (place + PREFETCH_VERTEX < tail) __builtin_prefetch(&g->m.vertex_halfedge[g->order[place + PREFETCH_VERTEX]]);
-    if (place + PREFETCH_HALFEDGE < tail) {
-        const int64_t h = g->m.vertex_halfedge[g->order[place + PREFETCH_HALFEDGE]];
-        __builtin_prefetch(&g->m.halfedge_vertex[h]);
-        __builtin_prefetch(&g->m.halfedge_twin[h]);
+    loxo_geodesic *g = s->g;
+    int64_t tail = s->tail, n_entries = g->row[s->begin].begin;
+    for (int64_t p = s->begin; p < s->end; ++p) {
+        uint32_t n;
+        const loxo_index v = g->order[p];
+        const k_entry *fan = fan_of(g, v, &n);
+        k_entry *entry = &g->entry[n_entries];
+        prefetch(g, p, tail);
+        for (uint32_t k = 0; k < n; ++k) {
+            loxo_index place = g->rank[fan[k].slot];
+            if (place < 0) {
+                place = (loxo_index)tail;
+                g->rank[fan[k].slot] = place;
+                g->order[tail] = (loxo_index)fan[k].slot;
+                g->parent[tail++] = (loxo_index)p;
+            }
+            entry[k] = (k_entry){(uint32_t)place, fan[k].coefficient};
+        }
+        g->row[p].begin = (uint32_t)n_entries;
+        g->row[p].weight = g->fan[v].area;
+        n_entries += n;
     }
-    if (place + PREFETCH_FACES < tail) { /* the faces on both sides of the first one around the vertex */
-        const loxo_index h = g->m.vertex_halfedge[g->order[place + PREFETCH_FACES]];
-        const loxo_index left = g->m.halfedge_twin[k_previous(h)], right = g->m.halfedge_twin[h];
-        __builtin_prefetch(&g->m.halfedge_vertex[left < 0 ? h : left]);
-        __builtin_prefetch(&g->m.halfedge_twin[left < 0 ? h : left]);
-        __builtin_prefetch(&g->m.halfedge_vertex[right < 0 ? h : right]);
-        __builtin_prefetch(&g->m.halfedge_twin[right < 0 ? h : right]);
+    s->tail = tail;
+    g->row[s->end].begin = (uint32_t)n_entries;
+    /* where the entries of what was found will stand is known here only when all of it is expanded alone, too */
+    s->n_entries = n_entries;
+    for (int64_t p = s->end; p < tail && s->n_threads > 1; ++p) {
+        g->row[p].begin = (uint32_t)s->n_entries;
+        s->n_entries += degree_of(g, g->order[p]);
     }
+}
+
+static loxo_range chunk_range(int64_t begin, int64_t end, int64_t chunk)
+{
+    const int64_t from = begin + chunk * CHUNK;
+    return (loxo_range){from, from + CHUNK < end ? from + CHUNK : end};
+}
+
+static int64_t n_chunks(int64_t begin, int64_t end) { return (end - begin + CHUNK - 1) / CHUNK; }
+
+/* The lowest place has the lowest code; a known vertex has a rank, which is none. */
+static loxo_index claim_code(int64_t place) { return (loxo_index)(LOWEST + place); }
+
+static void claim(loxo_geodesic *g, loxo_range r)
+{
+    for (int64_t p = r.begin; p < r.end; ++p) {
+        uint32_t n;
+        const k_entry *fan = fan_of(g, g->order[p], &n);
+        const loxo_index code = claim_code(p);
+        prefetch(g, p, r.end);
+        for (uint32_t k = 0; k < n; ++k) {
+            loxo_index *rank = &g->rank[fan[k].slot], now = __atomic_load_n(rank, __ATOMIC_RELAXED);
+            while (now < 0 && code < now &&
+                   !__atomic_compare_exchange_n(rank, &now, code, true, __ATOMIC_RELAXED, __ATOMIC_RELAXED)) {
+            }
+        }
+    }
+}
+
+static chunk_sum count(const loxo_geodesic *g, loxo_range r)
+{
+    chunk_sum sum = {0, 0};
+    for (int64_t p = r.begin; p < r.end; ++p) {
+        uint32_t n;
+        const k_entry *fan = fan_of(g, g->order[p], &n);
+        const loxo_index code = claim_code(p);
+        for (uint32_t k = 0; k < n; ++k) {
+            if (__atomic_load_n(&g->rank[fan[k].slot], __ATOMIC_RELAXED) != code) continue;
+            ++sum.n_found;
+            sum.n_entries += degree_of(g, fan[k].slot);
+        }
+    }
+    return sum;
+}
+
+static void number(loxo_geodesic *g, loxo_range r, chunk_sum at)
+{
+    for (int64_t p = r.begin; p < r.end; ++p) {
+        uint32_t n;
+        const k_entry *fan = fan_of(g, g->order[p], &n);
+        const loxo_index code = claim_code(p);
+        for (uint32_t k = 0; k < n; ++k) {
+            const uint32_t v = fan[k].slot;
+            if (__atomic_load_n(&g->rank[v], __ATOMIC_RELAXED) != code) continue;
+            __atomic_store_n(&g->rank[v], (loxo_index)at.n_found, __ATOMIC_RELAXED);
+            g->order[at.n_found] = (loxo_index)v;
+            g->parent[at.n_found] = (loxo_index)p;
+            g->row[at.n_found++].begin = (uint32_t)at.n_entries;
+            at.n_entries += degree_of(g, v);
+        }
+    }
+}
+
+/* Entries of places all whose neighbours have their own. */
+static void write_entries(loxo_geodesic *g, loxo_range r)
+{
+    for (int64_t p = r.begin; p < r.end; ++p) {
+        uint32_t n;
+        const loxo_index v = g->order[p];
+        const k_entry *fan = fan_of(g, v, &n);
+        k_entry *entry = &g->entry[g->row[p].begin];
+        for (uint32_t k = 0; k < n; ++k)
+            entry[k] = (k_entry){(uint32_t)g->rank[fan[k].slot], fan[k].coefficient};
+        g->row[p].weight = g->fan[v].area;
+    }
+}
+
+static void search_work(void *arg, int64_t chunk)
+{
+    search *s = arg;
+    if (chunk < s->n_last_chunks) {
+        write_entries(s->g, chunk_range(s->last_begin, s->last_end, chunk));
+        return;
+    }
+    chunk -= s->n_last_chunks;
+    const loxo_range r = chunk_range(s->begin, s->end, chunk);
+    if (s->stage == STAGE_CLAIM) claim(s->g, r);
+    if (s->stage == STAGE_COUNT) s->sum[chunk] = count(s->g, r);
+    if (s->stage == STAGE_NUMBER) number(s->g, r, s->sum[chunk]);
+}
+
+static void place_chunks(search *s)
+{
+    for (int64_t c = 0; c < n_chunks(s->begin, s->end); ++c) {
+        const chunk_sum own = s->sum[c];
+        s->sum[c] = (chunk_sum){s->tail, s->n_entries};
+        s->tail += own.n_found;
+        s->n_entries += own.n_entries;
+    }
+    s->g->row[s->tail].begin = (uint32_t)s->n_entries;
+}
+
+/* The level that was found is next. Returns the number of chunks of the phase. */
+static int64_t open_level(search *s)
+{
+    loxo_geodesic *g = s->g;
+    s->begin = s->end;
+    s->end = s->tail;
+    __atomic_store_n(&s->progress, s->end, __ATOMIC_RELAXED);
+    const bool is_over = s->begin == s->end, is_wide = s->n_threads > 1 && s->end - s->begin >= WIDE;
+    if (!is_over) g->level_begin[g->n_levels++] = (loxo_index)s->begin;
+    if (is_over || is_wide) {
+        s->n_last_chunks = n_chunks(s->last_begin, s->last_end);
+        s->stage = is_over ? STAGE_END : STAGE_CLAIM;
+        return is_over && s->n_last_chunks == 0 ? -1 : s->n_last_chunks + n_chunks(s->begin, s->end);
+    }
+    if (s->last_end > s->last_begin) write_entries(g, (loxo_range){s->last_begin, s->last_end});
+    s->last_begin = s->last_end = s->end;
+    expand_alone(s);
+    return 0;
+}
+
+static int64_t search_advance(void *arg)
+{
+    search *s = arg;
+    switch (s->stage) {
+    case STAGE_BEGIN: return open_level(s);
+    case STAGE_CLAIM:
+        s->stage = STAGE_COUNT;
+        s->n_last_chunks = 0;
+        s->last_begin = s->begin;
+        s->last_end = s->end;
+        return n_chunks(s->begin, s->end);
+    case STAGE_COUNT:
+        s->stage = STAGE_NUMBER;
+        place_chunks(s);
+        return n_chunks(s->begin, s->end);
+    case STAGE_NUMBER: s->stage = STAGE_BEGIN; return open_level(s);
+    case STAGE_END: break;
+    }
+    return -1;
+}
+
+static bool search_poll(void *arg)
+{
+    const search *s = arg;
+    const double done = (double)__atomic_load_n(&s->progress, __ATOMIC_RELAXED);
+    return loxo_stop_wanted(s->g->ctx, "levels", done / (double)s->g->m.n_vertices);
 }
 
 loxo_status geodesic_find_levels(loxo_geodesic *g, const loxo_index *sources, int64_t n_sources)
 {
-    int64_t tail = 0, n_levels = 0;
     const int64_t n = g->m.n_vertices;
+    const int n_threads = loxo_threads_for(g->ctx, n, 40.0);
+    search s = {.g = g, .n_threads = n_threads, .tail = n_sources, .sum = (chunk_sum *)(void *)g->reach};
+    const loxo_phases phases = {search_advance, search_work, search_poll, &s};
 #pragma omp parallel num_threads(loxo_threads_for(g->ctx, n, 0.3))
     {
         const loxo_range r = loxo_thread_range(n);
         for (int64_t v = r.begin; v < r.end; ++v)
-            g->rank[v] = -1;
+            g->rank[v] = UNKNOWN;
     }
+    g->row[0].begin = 0;
     for (int64_t i = 0; i < n_sources; ++i) {
         g->rank[sources[i]] = (loxo_index)i;
         g->order[i] = sources[i];
         g->parent[i] = -1;
+        g->row[i + 1].begin = g->row[i].begin + degree_of(g, sources[i]);
     }
-    tail = n_sources;
-    uint32_t n_entries = 0;
-    for (int64_t begin = 0; begin < tail;) {
-        const int64_t end = tail;
-        g->level_begin[n_levels++] = (loxo_index)begin;
-        for (int64_t p = begin; p < end; ++p) {
-            g->row[p].begin = n_entries;
-            prefetch(g, p, tail);
-            n_entries += expand(g, p, &g->entry[n_entries], &tail);
-        }
-        begin = end;
-        if (loxo_stop_wanted(g->ctx, "levels", (double)begin / (double)n))
-            return loxo_fail(g->ctx, LOXO_ERR_STOPPED, "geodesic: stopped before there was any distance");
-    }
-    g->level_begin[n_levels] = (loxo_index)tail;
-    g->row[tail].begin = n_entries;
-    g->n_levels = n_levels;
-    g->n_reached = tail;
+    s.n_entries = g->row[n_sources].begin;
+    g->n_levels = 0;
+    if (loxo_phases_run(&phases, n_threads))
+        return loxo_fail(g->ctx, LOXO_ERR_STOPPED, "geodesic: stopped before there was any distance");
+    g->level_begin[g->n_levels] = (loxo_index)s.tail;
+    g->n_reached = s.tail;
     return LOXO_OK;
 }

@@ -12,15 +12,17 @@
 #define WAKE_OVER_TOLERANCE    4.0 /* a cell wakes when one relaxing would change it by more than so many tolerances, */
 #define STIR_OVER_TOLERANCE    1.0 /* wakes its neighbours while it changes by more than so many, */
 #define REST_OVER_TOLERANCE    0.1 /* and rests when it changes by less */
-#define MAX_UPDATES_PER_VERTEX 200
+#define MAX_UPDATES_PER_VERTEX 100000
 
 /* Relative change of a cell, root mean square weighted by area, if it were relaxed now. */
 static double cell_change(const loxo_geodesic *g, int64_t cell)
 {
     const int64_t begin = cell * CELL_ROWS, end = begin + CELL_ROWS < g->n_reached ? begin + CELL_ROWS : g->n_reached;
+    const int64_t n_sources = g->level_begin[1];
     double moved = 0.0, size = 0.0;
     for (int64_t p = begin; p < end; ++p) {
-        const double step = k_row_step(g->row, g->entry, g->value, p), weight = (double)g->row[p].weight;
+        const double step = k_row_step(g->row, g->entry, p < n_sources ? (double)g->first[p] : 0.0, g->value, p),
+                     weight = (double)g->row[p].weight;
         moved += weight * (step * step);
         size += weight * (g->value[2 * p] * g->value[2 * p]);
     }
@@ -30,10 +32,12 @@ static double cell_change(const loxo_geodesic *g, int64_t cell)
 static double relax_cell(loxo_geodesic *g, int64_t cell, bool is_inward)
 {
     const int64_t begin = cell * CELL_ROWS, end = begin + CELL_ROWS < g->n_reached ? begin + CELL_ROWS : g->n_reached;
+    const int64_t n_sources = g->level_begin[1];
     double moved = 0.0, size = 0.0;
     for (int64_t i = begin; i < end; ++i) {
         const int64_t p = is_inward ? begin + end - 1 - i : i;
-        const double step = k_row_step(g->row, g->entry, g->value, p), weight = (double)g->row[p].weight;
+        const double step = k_row_step(g->row, g->entry, p < n_sources ? (double)g->first[p] : 0.0, g->value, p),
+                     weight = (double)g->row[p].weight;
         g->value[2 * p] += step;
         moved += weight * (step * step);
         size += weight * (g->value[2 * p] * g->value[2 * p]);
@@ -51,7 +55,7 @@ static void wake_neighbours(const loxo_geodesic *g, int64_t cell, bool *awake)
 void geodesic_settle(loxo_geodesic *g, double tolerance, diffusion_result *result)
 {
     const int64_t n_cells = (g->n_reached + CELL_ROWS - 1) / CELL_ROWS;
-    bool *awake = (bool *)g->partial; /* the march is over: its blocks' shares are not needed any more */
+    bool *awake = (bool *)g->reach; /* the march is over */
     int64_t n_awake = 0, n_updates = 0;
     bool is_inward = true;
 #pragma omp parallel num_threads(loxo_threads_for(g->ctx, g->n_reached, 8.0)) reduction(+ : n_awake)
