@@ -20,6 +20,7 @@ typedef struct bench_settings {
     int method;       /* bench_method */
     int64_t vertices; /* of the generated meshes of `time`, `build`, and the smaller of `scale` */
     int64_t largest;  /* vertices of the larger mesh of `scale` */
+    int64_t source;   /* vertex from which `time` and `scale` solve; errors are known from vertex 0 only */
 } bench_settings;
 
 /* Somebody else's program: a shell command with {mesh} {sources} {out} {threads} {method} in it. It prints `seconds X`

@@ -35,6 +35,12 @@ static const loxo_option options[] = {
      .min = 100,
      .max = 2e8,
      .help = "vertices of the larger mesh of scale"},
+    {.name = "source",
+     .type = LOXO_OPTION_INT64,
+     .offset = offsetof(bench_settings, source),
+     .min = 0,
+     .max = LOXO_INDEX_MAX,
+     .help = "source vertex of time and scale; vertex 0 of an icosphere is a corner that its levels line up with"},
     {0},
 };
 

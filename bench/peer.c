@@ -43,12 +43,13 @@ static double value_of(const char *text, const char *word)
 loxo_status bench_peer_run(bench *b, const bench_peer *peer, const char *mesh, const char *out, int n_threads,
                            const char *method, bench_peer_result *result)
 {
-    char command[4 * BENCH_PATH], threads[16];
+    char command[4 * BENCH_PATH], threads[16], source[32];
     bench_child child;
     *result = (bench_peer_result){NAN, NAN, 0};
     snprintf(threads, sizeof threads, "%d", n_threads);
-    const replacement with[] = {{"{mesh}", mesh},       {"{sources}", "0"},   {"{out}", out},
-                                {"{threads}", threads}, {"{method}", method}, {NULL, NULL}};
+    snprintf(source, sizeof source, "%lld", (long long)b->settings.source);
+    const replacement with[] = {{"{mesh}", mesh},       {"{sources}", source}, {"{out}", out},
+                                {"{threads}", threads}, {"{method}", method},  {NULL, NULL}};
     if (strchr(mesh, '\'') != NULL || strchr(out, '\'') != NULL ||
         !fill_in(peer->command, with, command, sizeof command))
         return bench_fail(b, LOXO_ERR_ARGUMENT, "--compare-with: %s: the command cannot be built", peer->name);

@@ -79,10 +79,12 @@ static loxo_status build(bench *b, char **argv)
 }
 
 /* One solve's clock time and phases, appended to the result. */
-static loxo_status solve_once(loxo_geodesic *geodesic, double *distance, json_t *solves, loxo_geodesic_info *info)
+static loxo_status solve_once(const bench *b, loxo_geodesic *geodesic, double *distance, json_t *solves,
+                              loxo_geodesic_info *info)
 {
+    const loxo_index source = (loxo_index)b->settings.source;
     const double start = loxo_os_clock_s();
-    const loxo_status status = loxo_geodesic_solve(geodesic, (const loxo_index[]){0}, 1, distance, info);
+    const loxo_status status = loxo_geodesic_solve(geodesic, &source, 1, distance, info);
     json_t *solve = json_pack("{s:f}", "solve_s", loxo_os_clock_s() - start);
     for (int p = 0; p < LOXO_GEODESIC_N_PHASES; ++p)
         json_object_set_new(solve, loxo_geodesic_phase_name((loxo_geodesic_phase)p), json_real(info->phase_s[p]));
@@ -118,7 +120,7 @@ static loxo_status solve(bench *b, char **argv)
         goto done;
     }
     for (int k = 0; k < n_solves; ++k)
-        if ((status = solve_once(geodesic, distance, solves, &info)) < 0) goto done;
+        if ((status = solve_once(b, geodesic, distance, solves, &info)) < 0) goto done;
     const loxo_status solve_status = status;
     clock[4] = loxo_os_clock_s();
     if (strcmp(argv[3], "-") != 0 && (status = loxo_write_field(b->ctx, argv[3], "distance", distance, n, NULL)) < 0)
@@ -182,7 +184,7 @@ loxo_status bench_worker(bench *b, int argc, char **argv)
 
 loxo_status bench_worker_run(bench *b, int n_threads, const char *const *task, json_t **result)
 {
-    char threads[16], vertices[32];
+    char threads[16], vertices[32], source[32];
     const char *argv[48] = {b->self, "worker"};
     int n = 2;
     bench_child child;
@@ -191,7 +193,8 @@ loxo_status bench_worker_run(bench *b, int n_threads, const char *const *task, j
         argv[n++] = *task++;
     snprintf(threads, sizeof threads, "%d", n_threads);
     snprintf(vertices, sizeof vertices, "%lld", (long long)b->settings.vertices);
-    const char *const options[] = {"--threads", threads, "--vertices", vertices, "--work", b->work};
+    snprintf(source, sizeof source, "%lld", (long long)b->settings.source);
+    const char *const options[] = {"--threads", threads, "--vertices", vertices, "--source", source, "--work", b->work};
     for (size_t i = 0; i < sizeof options / sizeof options[0]; ++i)
         argv[n++] = options[i];
     const char *const optional[][2] = {

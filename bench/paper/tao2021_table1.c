@@ -46,7 +46,7 @@ static bench_stat stat_of(const measurement *m, int q) { return bench_stat_of(m-
 static double error_of(bench *b, const bench_case *c, const char *file)
 {
     json_t *result = NULL;
-    if (!c->has_closed_form && c->exact == NULL) return NAN;
+    if (b->settings.source != 0 || (!c->has_closed_form && c->exact == NULL)) return NAN;
     const loxo_status status = bench_worker_run(b, 1, (const char *const[]){"error", c->name, file, NULL}, &result);
     const double error = status < 0 ? (double)NAN : bench_number(result, "mean_relative");
     json_decref(result);

@@ -6,7 +6,7 @@
 #include "par/range.h"
 #include "solver/geodesic/geodesic_internal.h"
 
-#define MOST_SHAPES 4096 /* faces of a piece; parts with more are cut into so many pieces */
+#define MOST_SHAPES 2048 /* faces of a piece, 64 KiB; parts with more are cut into pieces */
 
 /* Pieces of parts: piece i of a part has the i-th share of its vertices and of its faces. Faces of other pieces are looked
  * at again. */
@@ -33,8 +33,9 @@ static void count_piece(loxo_geodesic *g, const pieces *all, int64_t i)
     all->first_entry[i] = n;
 }
 
-static void make_piece(loxo_geodesic *g, const pieces *all, int64_t i, k_face_shape *room)
+static void make_piece(loxo_geodesic *g, const pieces *all, int64_t i)
 {
+    k_face_shape room[MOST_SHAPES];
     const loxo_range vertices = piece_of(g->m.part_vertex, all, i), faces = piece_of(g->m.part_face, all, i);
     const k_face_shapes kept = {faces.begin, faces.end, room};
     const double unit = 1.0 / (g->mean_edge_length * g->mean_edge_length);
@@ -66,12 +67,7 @@ loxo_status geodesic_make_fans(loxo_geodesic *g)
     const int64_t per_part = pieces_per_part(&g->m);
     pieces p = {.n = g->m.n_parts * per_part, .per_part = per_part};
     p.first_entry = loxo_allocate(g->ctx, p.n, sizeof *p.first_entry);
-    k_face_shape *room = loxo_allocate(g->ctx, n_threads, MOST_SHAPES * sizeof *room);
-    if (p.first_entry == NULL || room == NULL) {
-        loxo_release(g->ctx, room);
-        loxo_release(g->ctx, p.first_entry);
-        return LOXO_ERR_MEMORY;
-    }
+    if (p.first_entry == NULL) return LOXO_ERR_MEMORY;
     uint32_t n_entries = 0;
 #pragma omp parallel num_threads(n_threads)
     {
@@ -86,10 +82,9 @@ loxo_status geodesic_make_fans(loxo_geodesic *g)
         }
 #pragma omp for schedule(dynamic)
         for (int64_t i = 0; i < p.n; ++i)
-            make_piece(g, &p, i, room + (int64_t)MOST_SHAPES * loxo_thread_id());
+            make_piece(g, &p, i);
     }
     g->fan[g->m.n_vertices] = (k_fan){n_entries, 0.0f};
-    loxo_release(g->ctx, room);
     loxo_release(g->ctx, p.first_entry);
     return LOXO_OK;
 }

@@ -43,10 +43,11 @@ static void lay_out(loxo_geodesic *g)
     const int64_t n = g->m.n_vertices, n_faces = g->m.n_faces;
     g->fan = loxo_arena_take(a, n + 1, sizeof *g->fan);
     g->fan_entry = loxo_arena_take(a, 3 * n_faces + g->n_boundary_edges, sizeof *g->fan_entry);
+    g->most_levels = n < 1024 ? n : 1024 + n / 64; /* few surfaces have more */
+    g->level_begin = loxo_arena_take(a, g->most_levels + 1, sizeof *g->level_begin);
     g->order = loxo_arena_take(a, n, sizeof *g->order);
     g->rank = loxo_arena_take(a, n, sizeof *g->rank);
     g->parent = loxo_arena_take(a, n, sizeof *g->parent);
-    g->level_begin = loxo_arena_take(a, n + 1, sizeof *g->level_begin);
     g->value = loxo_arena_take(a, 2 * n, sizeof *g->value);
     g->scale = loxo_arena_take(a, n, sizeof *g->scale);
 
@@ -160,6 +161,7 @@ void loxo_geodesic_destroy(loxo_geodesic *geodesic)
     if (geodesic == NULL) return;
     loxo_context *ctx = geodesic->ctx;
     loxo_chains_destroy(ctx, &geodesic->cycles);
+    loxo_release(ctx, geodesic->more_levels);
     loxo_arena_destroy(ctx, &geodesic->arena);
     loxo_release(ctx, geodesic);
 }

@@ -44,13 +44,15 @@ struct loxo_geodesic {
     /* rows of the cotangent matrix in the mesh's order, areas in units of mean_edge_length^2 */
     k_fan *fan;         /* [n_vertices + 1] */
     k_entry *fan_entry; /* [3 n_faces + n_boundary_edges] */
-    /* breadth-first levels of the current sources: 4 arrays of 4 bytes a vertex */
-    loxo_index *order;  /* [n_vertices] place -> vertex; the reached ones first */
-    loxo_index *rank;   /* [n_vertices] vertex -> place; -1 not reached */
-    loxo_index *parent; /* [n_vertices] place -> place of the vertex that found it, -1 at sources; during the recovery the
+    /* breadth-first levels of the current sources: 3 arrays of 4 bytes a vertex, and a little */
+    loxo_index *order; /* [n_vertices] place -> vertex; the reached ones first */
+    loxo_index *rank;  /* [n_vertices] vertex -> place; -1 not reached */
+    loxo_index
+        *parent; /* [n_vertices] place -> place of the vertex that found it, -1 at sources; during the recovery the
                            half-edge between the two */
-    loxo_index *level_begin; /* [n_vertices + 1] level -> its first place */
-    int64_t n_levels, n_reached;
+    loxo_index *level_begin; /* [most_levels + 1] level -> its first place */
+    loxo_index *more_levels; /* where level_begin stands when a surface is long and thin; an allocation of its own */
+    int64_t most_levels, n_levels, n_reached;
 
     /* heat: value * 2^scale, at place p in value[2 p] and, once final, also in value[2 p + 1] */
     double *value;  /* [2 n_vertices]; after the recovery value[2 p + 1] is the distance */

@@ -5,9 +5,12 @@
  * were found before it. With several threads a wide level takes three phases: its places claim the neighbours that
  * nobody has, the lowest place wins; each chunk of places counts what it won; knowing where its own begin, it numbers
  * them. That gives the order of one thread. */
+#include "base/allocate.h"
 #include "par/phases.h"
 #include "par/range.h"
 #include "solver/geodesic/geodesic_internal.h"
+
+#include <string.h>
 
 #define PREFETCH_BEGIN 24 /* places ahead */
 #define PREFETCH_FAN   12
@@ -33,6 +36,7 @@ typedef struct search {
     int64_t n_last_chunks;        /* of the phase, come first */
     chunk_sum *sum;               /* a chunk of the level; in the room of the blocks' reach, which comes later */
     int64_t progress;             /* places, for the poll */
+    loxo_status status;
 } search;
 
 static inline uint32_t degree_of(const loxo_geodesic *g, int64_t v) { return g->fan[v + 1].begin - g->fan[v].begin; }
@@ -194,6 +198,27 @@ static void place_chunks(search *s)
     s->g->row[s->tail].begin = (uint32_t)s->n_entries;
 }
 
+/* Where the level begins, or, behind the last one, where that ends. */
+static bool note_level(search *s)
+{
+    loxo_geodesic *g = s->g;
+    const bool is_over = s->begin == s->end;
+    if (!is_over && g->n_levels == g->most_levels) {
+        const int64_t twice = 2 * g->most_levels, most = twice < g->m.n_vertices ? twice : g->m.n_vertices;
+        loxo_index *larger = loxo_reallocate(g->ctx, g->more_levels, most + 1, sizeof *larger);
+        if (larger == NULL) {
+            s->status = LOXO_ERR_MEMORY;
+            return false;
+        }
+        if (g->more_levels == NULL) memcpy(larger, g->level_begin, (size_t)g->n_levels * sizeof *larger);
+        g->level_begin = g->more_levels = larger;
+        g->most_levels = most;
+    }
+    g->level_begin[g->n_levels] = (loxo_index)s->begin;
+    g->n_levels += is_over ? 0 : 1;
+    return true;
+}
+
 /* The level that was found is next. Returns the number of chunks of the phase. */
 static int64_t open_level(search *s)
 {
@@ -202,7 +227,7 @@ static int64_t open_level(search *s)
     s->end = s->tail;
     __atomic_store_n(&s->progress, s->end, __ATOMIC_RELAXED);
     const bool is_over = s->begin == s->end, is_wide = s->n_threads > 1 && s->end - s->begin >= WIDE;
-    if (!is_over) g->level_begin[g->n_levels++] = (loxo_index)s->begin;
+    if (!note_level(s)) return -1;
     if (is_over || is_wide) {
         s->n_last_chunks = n_chunks(s->last_begin, s->last_end);
         s->stage = is_over ? STAGE_END : STAGE_CLAIM;
@@ -265,7 +290,7 @@ loxo_status geodesic_find_levels(loxo_geodesic *g, const loxo_index *sources, in
     g->n_levels = 0;
     if (loxo_phases_run(&phases, n_threads))
         return loxo_fail(g->ctx, LOXO_ERR_STOPPED, "geodesic: stopped before there was any distance");
-    g->level_begin[g->n_levels] = (loxo_index)s.tail;
+    if (s.status < 0) return s.status;
     g->n_reached = s.tail;
     return LOXO_OK;
 }
