@@ -86,6 +86,7 @@ loxo_status cli_run_begin(cli_run *run, const cli_command *command, const cli_co
     }
     if (status == LOXO_ERR_ARGUMENT) return cli_fail(run, status, "this processor cannot do the --isa that was asked");
     if (status < 0) return cli_fail(run, status, "%s", loxo_status_text(status));
+    loxo_os_gather_begin(run->ctx);
     start_json(run);
     return run->json_path != NULL ? cli_output(run, run->json_path) : LOXO_OK;
 }
@@ -186,13 +187,12 @@ loxo_status cli_before_output(cli_run *run)
 
 void cli_wrote(cli_run *run, const char *path)
 {
-    struct stat file;
-    loxo_context_set_monitor(run->ctx, NULL, NULL);
+    const int64_t n_bytes = loxo_os_gathered_bytes(run->ctx, path);
     json_t *entry = json_object();
     json_put_text(entry, "file", path);
-    if (strcmp(path, "-") != 0 && stat(path, &file) == 0) {
-        json_put_integer(entry, "bytes", file.st_size);
-        report_row(&run->report, "wrote", "%s  %s", text_path(path), text_bytes((double)file.st_size));
+    if (n_bytes >= 0) {
+        json_put_integer(entry, "bytes", n_bytes);
+        report_row(&run->report, "wrote", "%s  %s", text_path(path), text_bytes((double)n_bytes));
     }
     json_append(run->report.files, entry);
 }
@@ -380,13 +380,38 @@ static void print_rows(const cli_run *run)
         (void)fputs(run->report.text, stderr);
 }
 
+/* The report joins the other files, and all get their names. From here on a signal comes too late. */
+static loxo_status finish_files(cli_run *run, loxo_status status, int exit_code)
+{
+    loxo_status written = LOXO_OK;
+    if (run->json_path != NULL && strcmp(run->json_path, "-") != 0) written = write_json(run, status, exit_code);
+    signals_hold();
+    return written < 0 ? written : loxo_os_gather_commit(run->ctx);
+}
+
+/* Who listens on standard output is told also of a failure, which leaves no file. */
+static loxo_status finish_stream(cli_run *run, loxo_status status, int exit_code)
+{
+    if (run->json_path == NULL || strcmp(run->json_path, "-") != 0) return LOXO_OK;
+    return write_json(run, status, exit_code);
+}
+
+/* A stop was asked for before the files had their names. What went to standard output is there already. */
+static bool is_stopped_late(const cli_run *run)
+{
+    bool has_file = false;
+    for (int i = 0; i < run->n_files; ++i)
+        has_file = has_file || strcmp(run->file[i], "-") != 0;
+    return has_file && signals_caught() != 0 && !run->common->keep_partial;
+}
+
 int cli_run_end(cli_run *run, loxo_status status)
 {
     int code;
     if (run->bar_drawn) (void)fputs("\r\033[K", stderr);
     if (status >= 0) {
         (void)cli_combine(run, status);
-        status = run->status;
+        status = is_stopped_late(run) ? LOXO_ERR_STOPPED : run->status;
     }
     if (status == LOXO_ERR_WRITE && signals_pipe_closed()) {
         code = 128 + 13; /* as if SIGPIPE had ended it: nobody is listening */
@@ -394,11 +419,16 @@ int cli_run_end(cli_run *run, loxo_status status)
     }
     const size_t n_warnings = tell_warnings(run, status);
     code = exit_code_of(run, status, n_warnings);
+    if (status >= 0) {
+        const loxo_status written = finish_files(run, status, code);
+        if (written < 0) status = written;
+        code = exit_code_of(run, status, n_warnings);
+    }
     loxo_failure failure = last_failure(run, status);
-    if (status < 0 && run->ctx != NULL) put_failure(run, &failure);
-    /* A failed run leaves no file, but who listens on standard output is told. */
-    if (run->ctx != NULL && run->json_path != NULL && (status >= 0 || strcmp(run->json_path, "-") == 0)) {
-        const loxo_status written = write_json(run, status, code);
+    if (run->ctx != NULL) {
+        if (status < 0) put_failure(run, &failure);
+        loxo_os_gather_abandon(run->ctx);
+        const loxo_status written = finish_stream(run, status, code);
         if (written == LOXO_ERR_WRITE && signals_pipe_closed()) {
             code = 128 + 13;
             goto done;

@@ -47,7 +47,7 @@ loxo_status cli_output(cli_run *run, const char *path);
 /* Asked before the first file is written: LOXO_ERR_STOPPED after a signal, unless partial results are wanted; those
  * are then written to the end. */
 loxo_status cli_before_output(cli_run *run);
-/* Notes that a file was written. From the first one on signals no longer stop the run: all files or none. */
+/* Notes that a file was written. It gets its name at the end of the run, together with all others, or never. */
 void cli_wrote(cli_run *run, const char *path);
 
 typedef enum cli_kind { CLI_MESH, CLI_FIELD } cli_kind; /* a file holds a mesh (with fields), or one number a vertex */

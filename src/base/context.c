@@ -93,6 +93,7 @@ void loxo_context_destroy(loxo_context *ctx)
 {
     if (ctx == NULL) return;
     const loxo_allocator a = ctx->settings.allocator;
+    loxo_os_gather_abandon(ctx);
     if (a.release != NULL)
         a.release(a.user, ctx, sizeof *ctx);
     else

@@ -8,6 +8,7 @@
 #include <stdarg.h>
 
 #define LOXO_MAX_WARNINGS 64
+#define LOXO_MAX_GATHERED 64
 
 /* Where a failure is. Unknown: file NULL, line 0, byte -1, element -1. */
 typedef struct loxo_place {
@@ -28,6 +29,9 @@ struct loxo_context {
     char warning_kinds[LOXO_MAX_WARNINGS][48];
     loxo_machine machine; /* of loxo_machine_get, which looks once a context */
     bool machine_is_known;
+    bool is_gathering; /* outputs are kept until all of them get their names */
+    int n_gathered;
+    struct loxo_os_output *gathered[LOXO_MAX_GATHERED];
     double call_start_s;    /* clock when the outermost library call began */
     double last_progress_s; /* clock of the last call of the monitor */
 };

@@ -39,13 +39,14 @@ loxo_status loxo_os_read_at(loxo_context *ctx, const loxo_os_file *file, int64_t
                             size_t *got);
 void loxo_os_close(loxo_os_file *file);
 
-/* A file being written beside its target and renamed into place by commit. abandon leaves nothing behind. */
+/* A file being written beside its target and renamed into place by commit. abandon leaves nothing behind. Where the file
+ * system can, it has no name before commit, so that not even a kill leaves anything. */
 typedef struct loxo_os_output {
     int fd, directory_fd;
     bool is_stream; /* "-": standard output, nothing to rename */
     char path[4097];
     char target[4097];    /* file name within the directory, after following a symbolic link */
-    char temporary[4097]; /* its temporary neighbour */
+    char temporary[4097]; /* its temporary neighbour; "" while it has no name */
     int64_t n_bytes;
 } loxo_os_output;
 
@@ -57,6 +58,16 @@ loxo_status loxo_os_output_write_at(loxo_context *ctx, loxo_os_output *out, int6
                                     size_t n);
 loxo_status loxo_os_output_commit(loxo_context *ctx, loxo_os_output *out); /* fsync, rename, fsync of the directory */
 void loxo_os_output_abandon(loxo_os_output *out);                          /* also fine after commit or on {0} */
+
+/* Files that shall appear together. After begin, loxo_os_output_commit completes a file on the disk and keeps it, unseen;
+ * loxo_os_gather_commit then gives all of them their names, so that a full disk or a stop leaves none of the set. Only the
+ * renaming itself can still fail on the way: what then has its name keeps it, the others are dropped. Streams are not
+ * kept. A context that is destroyed drops what it keeps. */
+void loxo_os_gather_begin(loxo_context *ctx);
+loxo_status loxo_os_gather_commit(loxo_context *ctx);
+void loxo_os_gather_abandon(loxo_context *ctx);
+/* Of a kept file; -1: path is none. */
+int64_t loxo_os_gathered_bytes(const loxo_context *ctx, const char *path);
 
 /* strtod in the C locale, whatever the host has set: the slow, correctly rounded way for what io/scan does not do fast. */
 double loxo_os_strtod(const char *text, char **end);

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: MIT
  * Atomic output: a temporary neighbour, fsync, rename, fsync of the directory. Every call is checked: a full disk may
  * show only at the last of them. */
-#define _GNU_SOURCE /* O_DIRECTORY, openat and friends */
+#define _GNU_SOURCE /* O_DIRECTORY, O_TMPFILE, openat and friends */
+#include "base/allocate.h"
 #include "base/context.h"
 #include "base/os.h"
 
@@ -73,6 +74,56 @@ static void name_temporary(loxo_os_output *out, int attempt)
              (unsigned long)t.tv_nsec, attempt);
 }
 
+#define MAX_ATTEMPTS 100
+
+#ifdef O_TMPFILE
+
+/* By which a file without a name gets one. */
+static void fd_path(const loxo_os_output *out, char path[64]) { snprintf(path, 64, "/proc/self/fd/%d", out->fd); }
+
+/* False where the file system, or the system, cannot. */
+static bool open_unnamed(loxo_os_output *out)
+{
+    char path[64];
+    struct stat of_fd, of_path;
+    out->fd = openat(out->directory_fd, ".", O_RDWR | O_TMPFILE | O_CLOEXEC, 0666);
+    if (out->fd < 0) return false;
+    fd_path(out, path);
+    if (fstat(out->fd, &of_fd) == 0 && stat(path, &of_path) == 0 && of_fd.st_ino == of_path.st_ino) return true;
+    close(out->fd);
+    out->fd = -1;
+    return false;
+}
+
+static bool give_temporary_name(loxo_os_output *out)
+{
+    char path[64];
+    fd_path(out, path);
+    for (int attempt = 0; attempt < MAX_ATTEMPTS; ++attempt) {
+        name_temporary(out, attempt);
+        if (linkat(AT_FDCWD, path, out->directory_fd, out->temporary, AT_SYMLINK_FOLLOW) == 0) return true;
+        if (errno != EEXIST) break;
+    }
+    out->temporary[0] = '\0';
+    return false;
+}
+
+#else
+
+static bool open_unnamed(loxo_os_output *out)
+{
+    (void)out;
+    return false;
+}
+
+static bool give_temporary_name(loxo_os_output *out)
+{
+    (void)out;
+    return false;
+}
+
+#endif
+
 loxo_status loxo_os_output_create(loxo_context *ctx, const char *path, loxo_os_output *out)
 {
     *out = (loxo_os_output){.fd = -1, .directory_fd = -1};
@@ -84,7 +135,8 @@ loxo_status loxo_os_output_create(loxo_context *ctx, const char *path, loxo_os_o
     }
     const loxo_status status = find_target(ctx, path, out);
     if (status < 0) return status;
-    for (int attempt = 0; attempt < 100 && out->fd < 0; ++attempt) {
+    if (open_unnamed(out)) return LOXO_OK;
+    for (int attempt = 0; attempt < MAX_ATTEMPTS && out->fd < 0; ++attempt) {
         name_temporary(out, attempt);
         out->fd = openat(out->directory_fd, out->temporary, O_RDWR | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666);
         if (out->fd < 0 && errno != EEXIST && errno != EINTR) break;
@@ -132,31 +184,63 @@ static int close_fd(int *fd)
     return result;
 }
 
-loxo_status loxo_os_output_commit(loxo_context *ctx, loxo_os_output *out)
+static loxo_status fail_finish(loxo_context *ctx, loxo_os_output *out, const char *what)
+{
+    const int error = errno;
+    loxo_os_output_abandon(out);
+    return fail_write(ctx, out->path, what, error);
+}
+
+/* All of it is on the disk; a file that has a name is closed, too. */
+static loxo_status complete(loxo_context *ctx, loxo_os_output *out)
 {
     struct stat st;
-    if (out->is_stream) {
-        if (close_fd(&out->fd) != 0) return fail_write(ctx, "standard output", "close", errno);
-        return LOXO_OK;
-    }
     /* The new file takes the old one's permissions. */
     if (fstatat(out->directory_fd, out->target, &st, 0) == 0 && fchmod(out->fd, st.st_mode & 0777) != 0 &&
-        errno != EPERM) {
-        const int error = errno;
-        loxo_os_output_abandon(out);
-        return fail_write(ctx, out->path, "set the permissions", error);
-    }
-    if (fsync(out->fd) != 0 || close_fd(&out->fd) != 0 ||
-        renameat(out->directory_fd, out->temporary, out->directory_fd, out->target) != 0) {
-        const int error = errno;
-        loxo_os_output_abandon(out);
-        return fail_write(ctx, out->path, "finish the file", error);
-    }
+        errno != EPERM)
+        return fail_finish(ctx, out, "set the permissions");
+    if (fsync(out->fd) != 0 || (out->temporary[0] != '\0' && close_fd(&out->fd) != 0))
+        return fail_finish(ctx, out, "finish the file");
+    return LOXO_OK;
+}
+
+static loxo_status put_in_place(loxo_context *ctx, loxo_os_output *out)
+{
+    if ((out->temporary[0] == '\0' && !give_temporary_name(out)) || close_fd(&out->fd) != 0 ||
+        renameat(out->directory_fd, out->temporary, out->directory_fd, out->target) != 0)
+        return fail_finish(ctx, out, "finish the file");
     out->temporary[0] = '\0';
     /* The name is in place; a directory that cannot be synced (some network systems) is no failure of ours. */
     (void)fsync(out->directory_fd);
     close_fd(&out->directory_fd);
     return LOXO_OK;
+}
+
+/* Moves a complete file to those that wait for their names. */
+static loxo_status keep(loxo_context *ctx, loxo_os_output *out)
+{
+    loxo_os_output *kept = NULL;
+    if (ctx->n_gathered < LOXO_MAX_GATHERED) kept = loxo_allocate(ctx, 1, sizeof *kept);
+    if (kept == NULL) {
+        loxo_os_output_abandon(out);
+        if (ctx->n_gathered < LOXO_MAX_GATHERED) return LOXO_ERR_MEMORY;
+        return loxo_fail(ctx, LOXO_ERR_LIMIT, "more than %d files at once", LOXO_MAX_GATHERED);
+    }
+    *kept = *out;
+    *out = (loxo_os_output){.fd = -1, .directory_fd = -1};
+    ctx->gathered[ctx->n_gathered++] = kept;
+    return LOXO_OK;
+}
+
+loxo_status loxo_os_output_commit(loxo_context *ctx, loxo_os_output *out)
+{
+    if (out->is_stream) {
+        if (close_fd(&out->fd) != 0) return fail_write(ctx, "standard output", "close", errno);
+        return LOXO_OK;
+    }
+    const loxo_status status = complete(ctx, out);
+    if (status < 0) return status;
+    return ctx->is_gathering ? keep(ctx, out) : put_in_place(ctx, out);
 }
 
 void loxo_os_output_abandon(loxo_os_output *out)
@@ -168,4 +252,36 @@ void loxo_os_output_abandon(loxo_os_output *out)
     close_fd(&out->directory_fd);
     out->target[0] = '\0';
     out->is_stream = false;
+}
+
+/* ---- files that appear together --------------------------------------------------------------------------------- */
+
+void loxo_os_gather_begin(loxo_context *ctx) { ctx->is_gathering = true; }
+
+void loxo_os_gather_abandon(loxo_context *ctx)
+{
+    for (int i = 0; i < ctx->n_gathered; ++i) {
+        loxo_os_output_abandon(ctx->gathered[i]);
+        loxo_release(ctx, ctx->gathered[i]);
+    }
+    ctx->n_gathered = 0;
+    ctx->is_gathering = false;
+}
+
+loxo_status loxo_os_gather_commit(loxo_context *ctx)
+{
+    loxo_status status = LOXO_OK;
+    for (int i = 0; i < ctx->n_gathered && status >= 0; ++i) {
+        status = put_in_place(ctx, ctx->gathered[i]);
+        if (status >= 0) ctx->gathered[i]->target[0] = '\0'; /* no longer ours */
+    }
+    loxo_os_gather_abandon(ctx);
+    return status;
+}
+
+int64_t loxo_os_gathered_bytes(const loxo_context *ctx, const char *path)
+{
+    for (int i = 0; i < ctx->n_gathered; ++i)
+        if (strcmp(ctx->gathered[i]->path, path) == 0) return ctx->gathered[i]->n_bytes;
+    return -1;
 }

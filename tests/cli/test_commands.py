@@ -264,8 +264,7 @@ def geodesic_estimate():
 
 @test
 def estimate_of_more_than_the_limit():
-    """Whatever the format, an estimate is not refused for lack of what it speaks of, and it is not less than what a solve
-    then takes."""
+    """Whatever the format, an estimate is not refused for lack of what it speaks of, and not less than a solve takes."""
     mesh = sphere("s.ply", fitting(40000))
     made = [mesh]
     for name in ("s.off", "s.obj", "s.surf.gii"):

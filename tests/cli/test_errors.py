@@ -199,6 +199,25 @@ def code_9_disk_full():
 
 
 @test
+def a_full_disk_leaves_none_of_several_files():
+    """Whichever of them does not fit; the report is one of them."""
+    mesh = sphere("s.ply", 5000)
+    n = loxo("info", mesh, "--json", "-").json["mesh"]["n_vertices"]
+    write("d.npy", UNTOUCHED)
+    for fits, outputs in ((9 * n, ["-o", "d.npy", "-o", "d.ply"]), (9 * n, ["-o", "d.npy", "-o", "d.csv"]),
+                          (9 * n, ["-o", "d.ply", "-o", "d.npy"]), (1000, ["--json", "r.json", "-o", "d.npy"])):
+        limit = lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (fits, fits))
+        loxo("geodesic", mesh, "-s", "0", *outputs, preexec=limit).fails(9, r"error: cannot write")
+        assert read("d.npy") == UNTOUCHED and files() == ["d.npy", mesh], (outputs, files())
+    mesh = tetrahedron()
+    os.unlink("d.npy")
+    limit = lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000))
+    r = loxo("geodesic", mesh, "-s", "0", "-o", "d.npy", "--json", "r.json", preexec=limit).is_code(9)
+    r.has_err(r"^r\.json: error: cannot write")
+    assert files() == ["s.ply", mesh]
+
+
+@test
 def code_9_standard_output_full():
     if not os.path.exists("/dev/full"):
         raise Skip("no /dev/full")
