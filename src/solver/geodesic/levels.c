@@ -16,7 +16,8 @@
 #define PREFETCH_FAN   12
 #define PREFETCH_RANK  6
 #define CHUNK          256
-#define WIDE           (2 * CHUNK) /* levels from here on are shared out */
+#define WIDE           (2 * CHUNK) /* levels from here on are shared out, */
+#define MIN_THREADS    3           /* among so many: it takes twice the work of one thread */
 #define UNKNOWN        ((loxo_index)-1)
 #define LOWEST         ((loxo_index)(-LOXO_INDEX_MAX - 1))
 
@@ -115,14 +116,25 @@ static void claim(loxo_geodesic *g, loxo_range r)
         uint32_t n;
         const k_entry *fan = fan_of(g, g->order[p], &n);
         const loxo_index code = claim_code(p);
+        uint32_t claimed = 0;
         prefetch(g, p, r.end);
         for (uint32_t k = 0; k < n; ++k) {
             loxo_index *rank = &g->rank[fan[k].slot], now = __atomic_load_n(rank, __ATOMIC_RELAXED);
+            if (now >= 0 || code >= now) continue;
+            claimed |= k < 32 ? UINT32_C(1) << k : 0;
             while (now < 0 && code < now &&
                    !__atomic_compare_exchange_n(rank, &now, code, true, __ATOMIC_RELAXED, __ATOMIC_RELAXED)) {
             }
         }
+        g->scale[p] = (int32_t)claimed; /* nobody needs scales before the diffusion */
     }
+}
+
+/* Whether place p, with that code, won neighbour k: a look at what it claimed spares most looks at ranks. */
+static inline bool has_won(const loxo_geodesic *g, int64_t p, loxo_index code, uint32_t k, uint32_t v)
+{
+    if (k < 32 && ((uint32_t)g->scale[p] >> k & 1u) == 0) return false;
+    return __atomic_load_n(&g->rank[v], __ATOMIC_RELAXED) == code;
 }
 
 static chunk_sum count(const loxo_geodesic *g, loxo_range r)
@@ -133,7 +145,7 @@ static chunk_sum count(const loxo_geodesic *g, loxo_range r)
         const k_entry *fan = fan_of(g, g->order[p], &n);
         const loxo_index code = claim_code(p);
         for (uint32_t k = 0; k < n; ++k) {
-            if (__atomic_load_n(&g->rank[fan[k].slot], __ATOMIC_RELAXED) != code) continue;
+            if (!has_won(g, p, code, k, fan[k].slot)) continue;
             ++sum.n_found;
             sum.n_entries += degree_of(g, fan[k].slot);
         }
@@ -149,7 +161,7 @@ static void number(loxo_geodesic *g, loxo_range r, chunk_sum at)
         const loxo_index code = claim_code(p);
         for (uint32_t k = 0; k < n; ++k) {
             const uint32_t v = fan[k].slot;
-            if (__atomic_load_n(&g->rank[v], __ATOMIC_RELAXED) != code) continue;
+            if (!has_won(g, p, code, k, v)) continue;
             __atomic_store_n(&g->rank[v], (loxo_index)at.n_found, __ATOMIC_RELAXED);
             g->order[at.n_found] = (loxo_index)v;
             g->parent[at.n_found] = (loxo_index)p;
@@ -270,7 +282,8 @@ static bool search_poll(void *arg)
 loxo_status geodesic_find_levels(loxo_geodesic *g, const loxo_index *sources, int64_t n_sources)
 {
     const int64_t n = g->m.n_vertices;
-    const int n_threads = loxo_threads_for(g->ctx, n, 40.0);
+    const int most_threads = loxo_threads_for(g->ctx, n, 40.0),
+              n_threads = most_threads < MIN_THREADS ? 1 : most_threads;
     search s = {.g = g, .n_threads = n_threads, .tail = n_sources, .sum = (chunk_sum *)(void *)g->reach};
     const loxo_phases phases = {search_advance, search_work, search_poll, &s};
 #pragma omp parallel num_threads(loxo_threads_for(g->ctx, n, 0.3))
