@@ -19,8 +19,8 @@ typedef struct subject {
     loxo_mesh_view m;
     k_row *row;
     k_entry *entry;
-    double *value, *heat, *closure, *state, *potential[2], *difference, *area, *jump;
-    double (*target)[3], (*gradient[2])[3];
+    double *value, *heat, *closure, *state, *potential[2], *difference, *area, *push[2];
+    double (*square)[3], (*target)[2], (*gradient)[2];
     k_change *change;
     int32_t *scale;
 } subject;
@@ -41,10 +41,10 @@ static void differences(const subject *s, const k_variant *k, int64_t begin, int
     k->face_differences(&s->m, s->heat, s->scale, begin, end, s->difference);
 }
 
-static void directions(const subject *s, const k_variant *k, int64_t begin, int64_t end, int turn)
+static void targets(const subject *s, const k_variant *k, int64_t begin, int64_t end, int turn)
 {
     (void)turn;
-    k->face_directions(&s->m, s->heat, s->scale, begin, end, s->target);
+    k->face_targets(&s->m, s->heat, s->scale, begin, end, s->area, s->square, s->target, s->push[0]);
 }
 
 static void admm_edge(const subject *s, const k_variant *k, int64_t begin, int64_t end, int turn)
@@ -55,8 +55,8 @@ static void admm_edge(const subject *s, const k_variant *k, int64_t begin, int64
 
 static void admm_face(const subject *s, const k_variant *k, int64_t begin, int64_t end, int turn)
 {
-    k->admm_face(&s->m, 100.0, false, begin, end, s->area, (const double(*)[3])s->target,
-                 (const double(*)[3])s->gradient[turn & 1], s->gradient[(turn + 1) & 1], s->jump);
+    k->admm_face(&s->m, 100.0, begin, end, s->area, (const double(*)[3])s->square, (const double(*)[2])s->target,
+                 (const double(*)[2])s->gradient, s->gradient, s->push[turn & 1], s->push[(turn + 1) & 1]);
 }
 
 /* Bytes that one run must read and write, an element; per-vertex data count half a face. Neighbours' numbers count once:
@@ -68,22 +68,22 @@ static const struct {
 } kernels[] = {
     /* row 16, six entries of 8, own value read and written */
     {"diffusion, one step", "vertex", diffusion, 16 + 6 * 8 + 16},
-    /* corners 12, positions 12, value 4, scale 2; three differences, or a vector */
+    /* corners 12, positions 12, value 4, scale 2; three differences, or area, squares, target, push */
     {"gradient to differences", "face", differences, 12 + 12 + 4 + 2 + 24},
-    {"gradient to directions", "face", directions, 12 + 12 + 4 + 2 + 24},
+    {"gradient to face state", "face", targets, 12 + 12 + 4 + 2 + 8 + 24 + 16 + 24},
     /* twins 12, closure 8, state read and written 16, potential read 8 and written 8 */
     {"ADMM on edges", "face", admm_edge, 12 + 8 + 16 + 16},
-    /* corners 12, twins 12, positions 12, area 8, target 24, gradient read 24 and written 24, jump read and written 48 */
-    {"ADMM on faces", "face", admm_face, 12 + 12 + 12 + 8 + 24 + 48 + 48},
+    /* twins 12, area 8, squares 24, target 16, gradient read and written 32, push read 24 and written 24 */
+    {"ADMM on faces", "face", admm_face, 12 + 8 + 24 + 16 + 32 + 48},
 };
 #define N_KERNELS ((int)(sizeof kernels / sizeof kernels[0]))
 
 static void close_subject(subject *s)
 {
     loxo_context *ctx = s->b->ctx;
-    void *const arrays[] = {s->row,          s->entry,      s->value, s->closure, s->state,  s->potential[0],
-                            s->potential[1], s->difference, s->area,  s->jump,    s->target, s->gradient[0],
-                            s->gradient[1],  s->change,     s->scale, s->heat};
+    void *const arrays[] = {s->row,          s->entry,      s->value,  s->closure, s->state,   s->potential[0],
+                            s->potential[1], s->difference, s->area,   s->push[0], s->push[1], s->square,
+                            s->target,       s->gradient,   s->change, s->scale,   s->heat};
     for (size_t i = 0; i < sizeof arrays / sizeof arrays[0]; ++i)
         loxo_release(ctx, arrays[i]);
     loxo_mesh_destroy(s->mesh);
@@ -135,8 +135,9 @@ static void fill(subject *s)
         s->potential[0][f] = s->potential[1][f] = 0.0;
         s->area[f] = 1.0;
         for (int k = 0; k < 3; ++k) {
-            s->target[f][k] = s->gradient[0][f][k] = s->gradient[1][f][k] = sin((double)(f + k));
-            s->jump[3 * f + k] = s->difference[3 * f + k] = 0.0;
+            s->square[f][k] = 1.0;
+            s->push[0][3 * f + k] = s->push[1][3 * f + k] = s->difference[3 * f + k] = 0.0;
+            if (k < 2) s->target[f][k] = s->gradient[f][k] = sin((double)(f + k));
         }
     }
 }
@@ -163,11 +164,12 @@ static loxo_status open_subject(subject *s)
     s->state = take(s, n_faces, sizeof *s->state, &is_good);
     s->area = take(s, n_faces, sizeof *s->area, &is_good);
     s->difference = take(s, 3 * n_faces, sizeof *s->difference, &is_good);
-    s->jump = take(s, 3 * n_faces, sizeof *s->jump, &is_good);
+    s->square = take(s, n_faces, sizeof *s->square, &is_good);
     s->target = take(s, n_faces, sizeof *s->target, &is_good);
+    s->gradient = take(s, n_faces, sizeof *s->gradient, &is_good);
     for (int i = 0; i < 2; ++i) {
         s->potential[i] = take(s, n_faces, sizeof *s->potential[i], &is_good);
-        s->gradient[i] = take(s, n_faces, sizeof *s->gradient[i], &is_good);
+        s->push[i] = take(s, 3 * n_faces, sizeof *s->push[i], &is_good);
     }
     if (!is_good) return LOXO_ERR_MEMORY;
     fill(s);

@@ -19,13 +19,13 @@
 /* Scale of a vertex that has no heat. */
 #define K_NOT_REACHED INT32_MIN
 
-/* 1 / |grad u|^2 of the linear function that rises by rise_b and rise_c from corner a to the other two; zero where there
- * is none: equal heat, no area. */
-static inline double k_inverse_slope_squared(loxo_vec3 ab, loxo_vec3 ac, double rise_b, double rise_c)
+/* 1 / |grad u| of the linear function that rises by rise_b and rise_c from corner a to the other two, n = ab x ac; zero
+ * where there is none: equal heat, no area. */
+static inline double k_inverse_slope(loxo_vec3 ab, loxo_vec3 ac, loxo_vec3 n, double rise_b, double rise_c)
 {
-    const loxo_vec3 n = v3_cross(ab, ac), w = v3_sub(v3_scale(rise_b, ac), v3_scale(rise_c, ab));
+    const loxo_vec3 w = v3_sub(v3_scale(rise_b, ac), v3_scale(rise_c, ab));
     const double square = v3_dot(w, w), q = v3_dot(n, n) / square;
-    return square > 0.0 && q < HUGE_VAL ? q : 0.0;
+    return sqrt(square > 0.0 && q < HUGE_VAL ? q : 0.0);
 }
 
 /* Number by number of K_BATCH faces: corners' coordinates, heat value * 2^scale. */
@@ -90,41 +90,17 @@ static inline loxo_vec3 k_batch_edge(const k_face_batch *b, int i, int from, int
     return (loxo_vec3){b->x[to][i] - b->x[from][i], b->y[to][i] - b->y[from][i], b->z[to][i] - b->z[from][i]};
 }
 
-/* h . e of the three half-edges of face i. */
-static inline void k_batch_differences(const k_face_batch *b, int i, double difference[3])
+/* h . e of the three half-edges of face i; returns its area. */
+static inline double k_batch_differences(const k_face_batch *b, int i, double difference[3])
 {
+    const loxo_vec3 ab = k_batch_edge(b, i, 0, 1), ac = k_batch_edge(b, i, 0, 2), n = v3_cross(ab, ac);
     double u[3];
     k_batch_heat(b, i, u);
-    const double factor =
-        sqrt(k_inverse_slope_squared(k_batch_edge(b, i, 0, 1), k_batch_edge(b, i, 0, 2), u[1] - u[0], u[2] - u[0]));
+    const double factor = k_inverse_slope(ab, ac, n, u[1] - u[0], u[2] - u[0]);
     difference[0] = factor * (u[0] - u[1]);
     difference[1] = factor * (u[1] - u[2]);
     difference[2] = factor * (u[2] - u[0]);
-}
-
-/* Unit vector along minus the gradient of the linear function with values u at corners a, b, c, eq. (3); zero where there
- * is none. */
-static inline loxo_vec3 k_triangle_descent(loxo_vec3 a, loxo_vec3 b, loxo_vec3 c, const double u[3])
-{
-    const loxo_vec3 ab = v3_sub(b, a), ac = v3_sub(c, a);
-    const loxo_vec3 w = v3_sub(v3_scale(u[1] - u[0], ac), v3_scale(u[2] - u[0], ab));
-    const loxo_vec3 d = v3_cross(v3_cross(ab, ac), w);
-    const double length = v3_norm(d);
-    return v3_scale(length > 0.0 && length < HUGE_VAL ? 1.0 / length : 0.0, d);
-}
-
-/* The same for a face with these corners; zero where a corner was not reached. */
-static inline loxo_vec3 k_heat_descent(const loxo_mesh_view *m, const loxo_index *corner, const double *value,
-                                       const int32_t *scale)
-{
-    const int32_t s0 = scale[corner[0]], s1 = scale[corner[1]], s2 = scale[corner[2]];
-    if (s0 == K_NOT_REACHED || s1 == K_NOT_REACHED || s2 == K_NOT_REACHED) return (loxo_vec3){0.0, 0.0, 0.0};
-    int32_t s = s0 > s1 ? s0 : s1;
-    s = s > s2 ? s : s2;
-    const double u[3] = {value[corner[0]] * k_power_of_two((int64_t)s0 - s),
-                         value[corner[1]] * k_power_of_two((int64_t)s1 - s),
-                         value[corner[2]] * k_power_of_two((int64_t)s2 - s)};
-    return k_triangle_descent(k_position(m, corner[0]), k_position(m, corner[1]), k_position(m, corner[2]), u);
+    return 0.5 * v3_norm(n);
 }
 
 #endif

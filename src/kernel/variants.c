@@ -27,7 +27,7 @@ static void face_differences(const loxo_mesh_view *m, const double *value, const
         k_gather_batch(m, value, scale, f, n, &b);
         for (int i = 0; i < K_BATCH; ++i) {
             double own[3];
-            k_batch_differences(&b, i, own);
+            (void)k_batch_differences(&b, i, own);
             for (int k = 0; k < 3; ++k)
                 d[k][i] = own[k];
         }
@@ -37,12 +37,31 @@ static void face_differences(const loxo_mesh_view *m, const double *value, const
     }
 }
 
-static void face_directions(const loxo_mesh_view *m, const double *value, const int32_t *scale, int64_t begin,
-                            int64_t end, double (*direction)[3])
+static void face_targets(const loxo_mesh_view *m, const double *value, const int32_t *scale, int64_t begin, int64_t end,
+                         double *area, double (*square)[3], double (*target)[2], double *push)
 {
-    for (int64_t f = begin; f < end; ++f) {
-        k_prefetch_corners(m, value, scale, f);
-        v3_store(direction[f], k_heat_descent(m, &m->halfedge_vertex[3 * f], value, scale));
+    k_face_batch b;
+    double d[3][K_BATCH], areas[K_BATCH], squares[3][K_BATCH];
+    for (int64_t f = begin; f < end; f += K_BATCH) {
+        const int64_t n = end - f < K_BATCH ? end - f : K_BATCH;
+        k_gather_batch(m, value, scale, f, n, &b);
+        for (int i = 0; i < K_BATCH; ++i) {
+            double own[3];
+            areas[i] = k_batch_differences(&b, i, own);
+            for (int k = 0; k < 3; ++k) {
+                const loxo_vec3 e = k_batch_edge(&b, i, k, k == 2 ? 0 : k + 1);
+                squares[k][i] = v3_dot(e, e);
+                d[k][i] = own[k];
+            }
+        }
+        for (int64_t i = 0; i < n; ++i) {
+            area[f + i] = areas[i];
+            for (int k = 0; k < 3; ++k) {
+                square[f + i][k] = squares[k][i];
+                push[3 * (f + i) + k] = k < 2 ? d[k][i] : k_third(d[0][i], d[1][i]);
+                if (k < 2) target[f + i][k] = d[k][i];
+            }
+        }
     }
 }
 
@@ -52,17 +71,17 @@ static void admm_edge(const loxo_mesh_view *m, double theta, int64_t begin, int6
     k_admm_edge(m, theta, begin, end, closure, a, potential, potential_next);
 }
 
-static void admm_face(const loxo_mesh_view *m, double penalty, bool is_first, int64_t begin, int64_t end,
-                      const double *area, const double (*target)[3], const double (*gradient)[3],
-                      double (*gradient_next)[3], double *jump)
+static void admm_face(const loxo_mesh_view *m, double penalty, int64_t begin, int64_t end, const double *area,
+                      const double (*square)[3], const double (*target)[2], const double (*x)[2], double (*x_next)[2],
+                      const double *push, double *push_next)
 {
-    k_admm_face(m, penalty, is_first, begin, end, area, target, gradient, gradient_next, jump);
+    k_admm_face(m, penalty, begin, end, area, square, target, x, x_next, push, push_next);
 }
 
 extern const k_variant K_VARIANT;
 const k_variant K_VARIANT = {.name = K_VARIANT_TEXT,
                              .relax_blocks = relax_blocks,
                              .face_differences = face_differences,
-                             .face_directions = face_directions,
+                             .face_targets = face_targets,
                              .admm_edge = admm_edge,
                              .admm_face = admm_face};

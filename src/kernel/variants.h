@@ -13,17 +13,18 @@ typedef struct k_variant {
     /* Relaxes whole blocks of block_rows, see k_relax_block; change: one a block. */
     void (*relax_blocks)(const k_row *row, const k_entry *entry, const float *constant, double *value, int64_t begin,
                          int64_t end, int64_t block_rows, unsigned parity, k_change *change);
-    /* Faces begin..end-1: unit directions h = -grad u / |grad u| and their products with the three half-edges. */
+    /* Faces begin..end-1: products of the unit direction h = -grad u / |grad u| with the three half-edges; */
     void (*face_differences)(const loxo_mesh_view *m, const double *value, const int32_t *scale, int64_t begin,
                              int64_t end, double *difference);
-    void (*face_directions)(const loxo_mesh_view *m, const double *value, const int32_t *scale, int64_t begin,
-                            int64_t end, double (*direction)[3]);
+    /* ... and all that the face-based ADMM starts from, see admm_kernel.h. */
+    void (*face_targets)(const loxo_mesh_view *m, const double *value, const int32_t *scale, int64_t begin, int64_t end,
+                         double *area, double (*square)[3], double (*target)[2], double *push);
     /* One ADMM iteration on faces begin..end-1, see admm_kernel.h. */
     void (*admm_edge)(const loxo_mesh_view *m, double theta, int64_t begin, int64_t end, const double *closure,
                       double *a, const double *potential, double *potential_next);
-    void (*admm_face)(const loxo_mesh_view *m, double penalty, bool is_first, int64_t begin, int64_t end,
-                      const double *area, const double (*target)[3], const double (*gradient)[3],
-                      double (*gradient_next)[3], double *jump);
+    void (*admm_face)(const loxo_mesh_view *m, double penalty, int64_t begin, int64_t end, const double *area,
+                      const double (*square)[3], const double (*target)[2], const double (*x)[2], double (*x_next)[2],
+                      const double *push, double *push_next);
 } k_variant;
 
 /* The table for an instruction set of this processor (loxo_context_isa). */

@@ -8,8 +8,6 @@
 #include "solver/geodesic/chains.h"
 #include "solver/geodesic/tree.h"
 
-#include <string.h>
-
 #define CHECK_EVERY 10
 
 static loxo_vec3 halfedge_vector(const loxo_geodesic *g, loxo_index h)
@@ -17,22 +15,28 @@ static loxo_vec3 halfedge_vector(const loxo_geodesic *g, loxo_index h)
     return v3_sub(k_position(&g->m, k_head(&g->m, h)), k_position(&g->m, g->m.halfedge_vertex[h]));
 }
 
-static void find_areas(loxo_geodesic *g)
+/* g . e along half-edge h, of its own face. */
+static double along(const double (*gradient)[2], loxo_index h)
 {
-#pragma omp parallel num_threads(loxo_threads_for(g->ctx, g->m.n_faces, 10.0))
-    {
-        const loxo_range r = loxo_thread_range(g->m.n_faces);
-        for (int64_t f = r.begin; f < r.end; ++f) {
-            const loxo_index h = (loxo_index)(3 * f);
-            g->face_area[f] = 0.5 * v3_norm(v3_cross(halfedge_vector(g, h), halfedge_vector(g, (loxo_index)(h + 1))));
-        }
-    }
+    const double *x = gradient[h / 3];
+    return h % 3 == 2 ? k_third(x[0], x[1]) : x[h % 3];
 }
 
 typedef struct residual_arg {
     const loxo_geodesic *g;
-    const double (*now)[3], (*before)[3];
+    const double (*now)[2];
+    const double *push, *push_before;
 } residual_arg;
+
+/* Squared length times area of the vector in the plane of face f whose products with the first two half-edges these are.
+ * It is (x_0 e_1 - x_1 e_0), turned by a right angle, over twice the area. */
+static double square_times_area(const loxo_geodesic *g, int64_t f, double x_0, double x_1)
+{
+    const loxo_index h = (loxo_index)(3 * f);
+    const loxo_vec3 e_0 = halfedge_vector(g, h), e_1 = halfedge_vector(g, (loxo_index)(h + 1));
+    const loxo_vec3 w = v3_sub(v3_scale(x_0, e_1), v3_scale(x_1, e_0));
+    return g->face_area[f] > 0.0 ? v3_dot(w, w) / (4.0 * g->face_area[f]) : 0.0;
+}
 
 /* sums: squared distance of pairs across edges from equal projections, the pairs' areas, squared steps of the faces with
  * their areas, (10). All weighted by area. */
@@ -41,26 +45,29 @@ static void partial_residuals(int64_t begin, int64_t end, const void *arg, doubl
     const residual_arg *a = arg;
     const loxo_geodesic *g = a->g;
     for (int64_t f = begin; f < end; ++f) {
-        const double area = g->face_area[f];
-        const loxo_vec3 own = v3_load(a->now[f]);
-        const loxo_vec3 step = v3_sub(own, v3_load(a->before[f])), miss = v3_sub(own, v3_load(g->target[f]));
+        const double area = g->face_area[f], *x = a->now[f];
+        double step[2], n_twins = 0.0;
+        for (int k = 0; k < 2; ++k) { /* push - push before = 2 x - x before */
+            const double before = a->push_before[3 * f + k] - a->push[3 * f + k] + 2.0 * x[k];
+            step[k] = x[k] - before;
+        }
         for (int k = 0; k < 3; ++k) {
             const loxo_index h = (loxo_index)(3 * f + k), t = g->m.halfedge_twin[h];
             if (t < 0) continue;
-            const double other = g->face_area[t / 3], both = area + other;
-            const loxo_vec3 e = halfedge_vector(g, h);
-            const double ee = v3_dot(e, e), jump = v3_dot(e, v3_sub(v3_load(a->now[t / 3]), own));
-            sums[1] += area;
-            sums[2] += area * v3_dot(step, step);
-            if (t > h && ee > 0.0 && both > 0.0) sums[0] += jump * jump / ee * area * other / both;
+            n_twins += 1.0;
+            const double other = g->face_area[t / 3], divisor = g->side_square[f][k] * (area + other);
+            const double jump = along(a->now, h) + along(a->now, t);
+            if (t > h && divisor > 0.0) sums[0] += jump * jump * area * other / divisor;
         }
-        sums[3] += area * v3_dot(miss, miss);
+        sums[1] += n_twins * area;
+        sums[2] += n_twins * square_times_area(g, f, step[0], step[1]);
+        sums[3] += square_times_area(g, f, x[0] - g->target[f][0], x[1] - g->target[f][1]);
     }
 }
 
 static loxo_status find_residuals(const loxo_geodesic *g, int now, loxo_geodesic_info *info)
 {
-    const residual_arg arg = {g, (const double(*)[3])g->gradient[now], (const double(*)[3])g->gradient[1 - now]};
+    const residual_arg arg = {g, (const double(*)[2])g->face_gradient, g->push[now], g->push[1 - now]};
     double sums[4];
     const loxo_status status = loxo_sum(g->ctx, g->m.n_faces, 4, partial_residuals, &arg, sums);
     if (status < 0) return status;
@@ -75,14 +82,16 @@ typedef struct face_chains {
     double *a;        /* [n_chains] */
     loxo_index *face; /* [n] faces that chains touch, ascending */
     int64_t *of_element;
-    int32_t *n_chains; /* [n] elements on the face */
-    double (*pull)[3]; /* [n] */
+    int32_t *n_chains;   /* [n] elements on the face */
+    double (*before)[2]; /* [n] g before the iteration, as it is kept */
+    double (*pull)[2];   /* [n] */
     int64_t n;
 } face_chains;
 
 static void face_chains_destroy(loxo_context *ctx, face_chains *s)
 {
     loxo_release(ctx, s->pull);
+    loxo_release(ctx, s->before);
     loxo_release(ctx, s->n_chains);
     loxo_release(ctx, s->of_element);
     loxo_release(ctx, s->face);
@@ -101,9 +110,10 @@ static loxo_status face_chains_create(const loxo_geodesic *g, const loxo_chains 
     s->face = loxo_allocate(ctx, n, sizeof *s->face);
     s->of_element = loxo_allocate(ctx, n, sizeof *s->of_element);
     s->n_chains = loxo_allocate_zero(ctx, n, sizeof *s->n_chains);
+    s->before = loxo_allocate(ctx, n, sizeof *s->before);
     s->pull = loxo_allocate(ctx, n, sizeof *s->pull);
     if (key == NULL || element == NULL || s->a == NULL || s->face == NULL || s->of_element == NULL ||
-        s->n_chains == NULL || s->pull == NULL)
+        s->n_chains == NULL || s->before == NULL || s->pull == NULL)
         goto done;
     for (int64_t i = 0; i < n; ++i) {
         key[i] = (uint64_t)(chains->halfedge[i] / 3);
@@ -128,23 +138,26 @@ static loxo_vec3 walked(const loxo_geodesic *g, const loxo_chains *chains, int64
 }
 
 /* (23), (25): the line integral of the gradients along a chain. */
-static double chain_sum(const loxo_geodesic *g, const loxo_chains *chains, int64_t c, const double (*gradient)[3])
+static double chain_sum(const loxo_chains *chains, int64_t c, const double (*gradient)[2])
 {
     double sum = 0.0;
     for (int64_t i = chains->chain_begin[c]; i < chains->chain_begin[c + 1]; ++i)
-        sum += v3_dot(walked(g, chains, i), v3_load(gradient[chains->halfedge[i] / 3]));
+        sum += (double)chains->sign[i] * along(gradient, chains->halfedge[i]);
     return sum;
 }
 
-/* The g-update of the faces that chains touch, with the chains' copies on top of the edges'. */
-static void update_chains(loxo_geodesic *g, const loxo_chains *chains, face_chains *s, bool is_first, int now)
+/* Before an iteration: what the chains' copies pull at the gradients. */
+static void pull_chains(const loxo_geodesic *g, const loxo_chains *chains, face_chains *s, bool is_first,
+                        const double (*gradient)[2])
 {
-    const double mu = g->settings.penalty;
-    const double(*old)[3] = (const double(*)[3])g->gradient[1 - now];
-    memset(s->pull, 0, (size_t)s->n * sizeof *s->pull);
+    for (int64_t k = 0; k < s->n; ++k)
+        for (int c = 0; c < 2; ++c) {
+            s->before[k][c] = gradient[s->face[k]][c];
+            s->pull[k][c] = 0.0;
+        }
     for (int64_t c = 0; c < chains->n_chains; ++c) {
         double norm = 0.0;
-        const double sum = chain_sum(g, chains, c, old), r = is_first ? sum : s->a[c] + 2.0 * sum;
+        const double sum = chain_sum(chains, c, gradient), r = is_first ? sum : s->a[c] + 2.0 * sum;
         s->a[c] = is_first ? 0.0 : s->a[c] + sum;
         for (int64_t i = chains->chain_begin[c]; i < chains->chain_begin[c + 1]; ++i) {
             const loxo_vec3 v = walked(g, chains, i);
@@ -152,27 +165,39 @@ static void update_chains(loxo_geodesic *g, const loxo_chains *chains, face_chai
             if (area > 0.0) norm += v3_dot(v, v) / area;
         }
         for (int64_t i = chains->chain_begin[c]; i < chains->chain_begin[c + 1]; ++i) {
+            const loxo_index f = chains->halfedge[i] / 3, h = (loxo_index)(3 * f);
+            const double area = g->face_area[f];
             double *pull = s->pull[s->of_element[i]];
-            const double area = g->face_area[chains->halfedge[i] / 3];
-            if (area > 0.0 && norm > 0.0)
-                v3_store(pull, v3_axpy(v3_load(pull), -r / (area * norm), walked(g, chains, i)));
+            if (!(area > 0.0 && norm > 0.0)) continue;
+            const loxo_vec3 change = v3_scale(-r / (area * norm), walked(g, chains, i));
+            pull[0] += v3_dot(change, halfedge_vector(g, h));
+            pull[1] += v3_dot(change, halfedge_vector(g, (loxo_index)(h + 1)));
         }
     }
+}
+
+/* After it: the g-update of the faces that chains touch, with the chains' copies on top of the edges'. */
+static void apply_pulls(loxo_geodesic *g, const face_chains *s, int now)
+{
+    const double mu = g->settings.penalty;
     for (int64_t k = 0; k < s->n; ++k) {
         const int64_t f = s->face[k];
-        double n = 0.0;
+        double n = 0.0, *push = &g->push[now][3 * f];
         for (int c = 0; c < 3; ++c)
             n += g->m.halfedge_twin[3 * f + c] >= 0 ? 1.0 : 0.0;
         const double n_more = (double)s->n_chains[k];
-        loxo_vec3 sum = v3_scale(2.0 + mu * n, v3_load(g->gradient[now][f]));
-        sum = v3_axpy(sum, mu * n_more, v3_load(old[f]));
-        sum = v3_axpy(sum, mu, v3_load(s->pull[k]));
-        v3_store(g->gradient[now][f], v3_scale(1.0 / (2.0 + mu * (n + n_more)), sum));
+        for (int c = 0; c < 2; ++c) {
+            const double x = g->face_gradient[f][c];
+            const double sum = (2.0 + mu * n) * x + mu * (n_more * s->before[k][c] + s->pull[k][c]);
+            g->face_gradient[f][c] = sum / (2.0 + mu * (n + n_more));
+            push[c] += 2.0 * (g->face_gradient[f][c] - x);
+        }
+        push[2] = k_third(push[0], push[1]);
     }
 }
 
 /* (18): the step along a tree's edge, mean over the faces beside it; its half-edges become places. */
-static void finish_tree(loxo_geodesic *g, const double (*gradient)[3])
+static void finish_tree(loxo_geodesic *g, const double (*gradient)[2])
 {
 #pragma omp parallel num_threads(loxo_threads_for(g->ctx, g->m.n_vertices, 10.0))
     {
@@ -184,9 +209,9 @@ static void finish_tree(loxo_geodesic *g, const double (*gradient)[3])
             if (!geodesic_tree_edge(g, v, &edge)) continue;
             if (edge.halfedge >= 0) {
                 const loxo_index h = edge.halfedge, t = g->m.halfedge_twin[h];
-                const loxo_vec3 e = v3_scale(edge.sign, halfedge_vector(g, h));
-                x = v3_dot(e, v3_load(gradient[h / 3]));
-                if (t >= 0) x = 0.5 * (x + v3_dot(e, v3_load(gradient[t / 3])));
+                x = along(gradient, h);
+                if (t >= 0) x = 0.5 * (x - along(gradient, t));
+                x *= edge.sign;
                 g->parent[edge.place] = g->rank[edge.parent];
             }
             g->value[2 * edge.place + 1] = x;
@@ -197,18 +222,17 @@ static void finish_tree(loxo_geodesic *g, const double (*gradient)[3])
 loxo_status geodesic_recover_face(loxo_geodesic *g, const loxo_chains *chains, loxo_geodesic_info *info)
 {
     const int64_t n_faces = g->m.n_faces;
+    const double(*x)[2] = (const double(*)[2])g->target; /* until the first iteration */
     face_chains s = {0};
     loxo_status status = LOXO_OK;
     int now = 0;
 
-    find_areas(g);
     geodesic_heat_to_vertices(g);
-#pragma omp parallel num_threads(loxo_threads_for(g->ctx, n_faces, 15.0))
+#pragma omp parallel num_threads(loxo_threads_for(g->ctx, n_faces, 10.0))
     {
         const loxo_range r = loxo_thread_range(n_faces);
-        g->kernels->face_directions(&g->m, g->vertex_value, g->vertex_scale, r.begin, r.end, g->target);
-        if (r.end > r.begin)
-            memcpy(g->gradient[0][r.begin], g->target[r.begin], (size_t)(r.end - r.begin) * sizeof *g->target);
+        g->kernels->face_targets(&g->m, g->vertex_value, g->vertex_scale, r.begin, r.end, g->face_area, g->side_square,
+                                 g->target, g->push[0]);
     }
     if (chains->n_chains > 0 && (status = face_chains_create(g, chains, &s)) < 0) return status;
     geodesic_clock(g, LOXO_GEODESIC_PHASE_GRADIENT, info);
@@ -216,15 +240,17 @@ loxo_status geodesic_recover_face(loxo_geodesic *g, const loxo_chains *chains, l
     info->stop_reason = LOXO_STOP_MAX_ITERATIONS;
     int64_t iteration = 0;
     while (iteration < g->settings.n_iterations && info->stop_reason == LOXO_STOP_MAX_ITERATIONS) {
-#pragma omp parallel num_threads(loxo_threads_for(g->ctx, n_faces, 20.0))
+        if (s.n > 0) pull_chains(g, chains, &s, iteration == 0, x);
+#pragma omp parallel num_threads(loxo_threads_for(g->ctx, n_faces, 7.0))
         {
             const loxo_range r = loxo_thread_range(n_faces);
-            g->kernels->admm_face(&g->m, g->settings.penalty, iteration == 0, r.begin, r.end, g->face_area,
-                                  (const double(*)[3])g->target, (const double(*)[3])g->gradient[now],
-                                  g->gradient[1 - now], g->jump);
+            g->kernels->admm_face(&g->m, g->settings.penalty, r.begin, r.end, g->face_area,
+                                  (const double(*)[3])g->side_square, (const double(*)[2])g->target, x,
+                                  g->face_gradient, g->push[now], g->push[1 - now]);
         }
         now = 1 - now;
-        if (s.n > 0) update_chains(g, chains, &s, iteration == 0, now);
+        x = (const double(*)[2])g->face_gradient;
+        if (s.n > 0) apply_pulls(g, &s, now);
         ++iteration;
         if (iteration % CHECK_EVERY == 0 || iteration == g->settings.n_iterations) {
             if ((status = find_residuals(g, now, info)) < 0) goto done;
@@ -236,11 +262,10 @@ loxo_status geodesic_recover_face(loxo_geodesic *g, const loxo_chains *chains, l
     if (info->stop_reason == LOXO_STOP_MONITOR && (status = find_residuals(g, now, info)) < 0) goto done;
     info->n_iterations = iteration;
     for (int64_t c = 0; c < chains->n_chains; ++c) {
-        const double sum = chain_sum(g, chains, c, (const double(*)[3])g->gradient[now]);
         const double length = (double)(chains->chain_begin[c + 1] - chains->chain_begin[c]) * g->mean_edge_length;
-        info->constraint_residual = fmax(info->constraint_residual, fabs(sum) / length);
+        info->constraint_residual = fmax(info->constraint_residual, fabs(chain_sum(chains, c, x)) / length);
     }
-    finish_tree(g, (const double(*)[3])g->gradient[now]);
+    finish_tree(g, x);
     geodesic_clock(g, LOXO_GEODESIC_PHASE_ADMM, info);
 done:
     face_chains_destroy(g->ctx, &s);

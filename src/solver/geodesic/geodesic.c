@@ -75,14 +75,15 @@ static void lay_out(loxo_geodesic *g)
         g->potential[1] = loxo_arena_take(a, n_faces, sizeof *g->potential[1]);
     } else {
         g->face_area = loxo_arena_take(a, n_faces, sizeof *g->face_area);
+        g->side_square = loxo_arena_take(a, n_faces, sizeof *g->side_square);
         g->target = loxo_arena_take(a, n_faces, sizeof *g->target);
-        g->gradient[0] = loxo_arena_take(a, n_faces, sizeof *g->gradient[0]);
-        g->gradient[1] = loxo_arena_take(a, n_faces, sizeof *g->gradient[1]);
+        g->face_gradient = loxo_arena_take(a, n_faces, sizeof *g->face_gradient);
+        g->push[0] = loxo_arena_take(a, 3 * n_faces, sizeof *g->push[0]);
         const size_t start = loxo_arena_mark(a);
         g->vertex_value = loxo_arena_take(a, n, sizeof *g->vertex_value);
         g->vertex_scale = loxo_arena_take(a, n, sizeof *g->vertex_scale);
         loxo_arena_release(a, start);
-        g->jump = loxo_arena_take(a, 3 * n_faces, sizeof *g->jump);
+        g->push[1] = loxo_arena_take(a, 3 * n_faces, sizeof *g->push[1]);
     }
     /* An unreferenced vertex has a distance, too: there may be more vertices than faces. */
     loxo_arena_release(a, mark);

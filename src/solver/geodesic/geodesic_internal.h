@@ -77,10 +77,11 @@ struct loxo_geodesic {
     double *potential[2]; /* [n_faces] */
     double *difference;   /* [3 n_faces], over multiplier and potential, before ADMM begins */
     /* face-based recovery, over the same stretch; see admm_face.c */
-    double *face_area;        /* [n_faces] */
-    double (*target)[3];      /* [n_faces] h */
-    double (*gradient[2])[3]; /* [n_faces] g */
-    double *jump;             /* [3 n_faces] */
+    double *face_area;          /* [n_faces] */
+    double (*side_square)[3];   /* [n_faces] squared lengths of its half-edges */
+    double (*target)[2];        /* [n_faces] h, by its products with the first two half-edges */
+    double (*face_gradient)[2]; /* [n_faces] g, alike */
+    double *push[2];            /* [3 n_faces]; over the second vertex_value and vertex_scale */
 };
 
 /* What a phase tells besides its status. */
