@@ -97,7 +97,7 @@ typedef struct loxo_geodesic_info {
 /* Prepares solves on a mesh, for any number of source sets. The mesh must outlive it.
  *   settings   copied; NULL: the defaults
  * returns      LOXO_OK; LOXO_ERR_MESH: no faces, no area; LOXO_ERR_ARGUMENT: a setting out of its range;
- *              LOXO_ERR_MEMORY: before any work, when mesh and workspace exceed the context's limit */
+ *              LOXO_ERR_MEMORY: before any work, when mesh and workspace exceed the context's limit; LOXO_ERR_STOPPED */
 LOXO_API loxo_status loxo_geodesic_create(loxo_context *ctx, const loxo_mesh *mesh,
                                           const loxo_geodesic_settings *settings, loxo_geodesic **out);
 

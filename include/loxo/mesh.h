@@ -117,7 +117,7 @@ typedef struct loxo_repair_info {
  * leaves a counted warning; the rest as the settings ask. vertex_origin, when not NULL, receives a new array
  * [soup->n_vertices] from loxo_allocate: for every vertex of the result, its number before. Fields follow.
  * returns  LOXO_OK (nothing had to change), LOXO_REPAIRED, LOXO_ERR_MESH (not orientable), LOXO_ERR_MALFORMED,
- *          LOXO_ERR_ARGUMENT, LOXO_ERR_MEMORY: soup is then as it was */
+ *          LOXO_ERR_ARGUMENT, LOXO_ERR_MEMORY, LOXO_ERR_STOPPED: soup is then as it was */
 LOXO_API loxo_status loxo_soup_repair(loxo_context *ctx, loxo_soup *soup, const loxo_repair_settings *settings,
                                       loxo_index **vertex_origin, loxo_repair_info *info);
 

@@ -229,10 +229,18 @@ int loxo_threads(const loxo_context *ctx, double work_ns)
 
 void loxo_progress_begin(loxo_context *ctx)
 {
-    if (ctx->settings.monitor == NULL) return;
+    if (ctx->settings.monitor == NULL || ctx->n_outer_calls > 0) return;
     ctx->call_start_s = loxo_os_clock_s();
     ctx->last_progress_s = ctx->call_start_s;
 }
+
+void loxo_progress_enter(loxo_context *ctx)
+{
+    loxo_progress_begin(ctx);
+    ++ctx->n_outer_calls;
+}
+
+void loxo_progress_leave(loxo_context *ctx) { --ctx->n_outer_calls; }
 
 bool loxo_progress_tell(loxo_context *ctx, const loxo_progress *progress, bool always)
 {

@@ -32,6 +32,7 @@ struct loxo_context {
     bool is_gathering; /* outputs are kept until all of them get their names */
     int n_gathered;
     struct loxo_os_output *gathered[LOXO_MAX_GATHERED];
+    int n_outer_calls;      /* public functions at work that call other public ones */
     double call_start_s;    /* clock when the outermost library call began */
     double last_progress_s; /* clock of the last call of the monitor */
 };
@@ -64,8 +65,11 @@ static inline int loxo_threads_for(const loxo_context *ctx, int64_t n, double ns
     return loxo_threads(ctx, (double)n * ns_each);
 }
 
-/* Call at the start of a public function that works long; nested calls keep the outer start. */
+/* Call at the start of a public function that works long. */
 void loxo_progress_begin(loxo_context *ctx);
+/* Around the work of a public function that calls such ones: the time that the monitor is told runs on through them. */
+void loxo_progress_enter(loxo_context *ctx);
+void loxo_progress_leave(loxo_context *ctx);
 /* Tells the monitor, at most every 20 ms unless `always`; true when the work shall stop. */
 bool loxo_progress_tell(loxo_context *ctx, const loxo_progress *progress, bool always);
 /* The same with just phase and fraction. */

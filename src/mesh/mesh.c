@@ -122,7 +122,8 @@ static loxo_status repair(builder *b)
         .position_float = (float *)b->arrays.position_float,
         .triangle = (loxo_index *)b->arrays.triangle,
     };
-    status = loxo_repair(b->ctx, &soup, &settings, &b->mesh->vertex_origin, &vertex_result, &b->info.repair);
+    status = loxo_repair(b->ctx, &soup, &settings, &b->mesh->vertex_origin, &vertex_result, &b->face_origin,
+                         &b->info.repair);
     b->arrays = loxo_soup_arrays(&soup);
     b->mesh->caller_to_mesh = vertex_result;
     return status;

@@ -305,8 +305,15 @@ static loxo_status drop_unreferenced(work *w)
 
 /* ---- all of it ----------------------------------------------------------------------------------------------- */
 
+static loxo_status stop(const work *w, double fraction)
+{
+    if (!loxo_stop_wanted(w->ctx, "repair", fraction)) return LOXO_OK;
+    return loxo_fail(w->ctx, LOXO_ERR_STOPPED, "repair: stopped by the monitor; nothing was changed");
+}
+
 loxo_status loxo_repair(loxo_context *ctx, loxo_soup *soup, const loxo_repair_settings *settings,
-                        loxo_index **vertex_origin, loxo_index **vertex_result, loxo_repair_info *info)
+                        loxo_index **vertex_origin, loxo_index **vertex_result, loxo_index **face_origin,
+                        loxo_repair_info *info)
 {
     const loxo_mesh_arrays before = loxo_soup_arrays(soup);
     work w = {.ctx = ctx, .before = &before, .n_vertices = before.n_vertices, .n_faces = before.n_faces};
@@ -317,10 +324,14 @@ loxo_status loxo_repair(loxo_context *ctx, loxo_soup *soup, const loxo_repair_se
     w.triangle = loxo_allocate(ctx, w.n_faces, 3 * sizeof *w.triangle);
     if (w.triangle == NULL) return LOXO_ERR_MEMORY;
     if (w.n_faces > 0) memcpy(w.triangle, before.triangle, (size_t)w.n_faces * 3 * sizeof *w.triangle);
+    if ((status = stop(&w, 0.0)) < 0) goto fail;
     if (settings->weld && (status = weld(&w)) < 0) goto fail;
+    if ((status = stop(&w, 0.4)) < 0) goto fail;
     if ((status = drop_faces(&w, settings->drop_duplicate_faces)) < 0) goto fail;
+    if ((status = stop(&w, 0.6)) < 0) goto fail;
     if ((status = orient_and_split(&w, settings->split_nonmanifold)) < 0) goto fail;
     if (settings->drop_unreferenced && (status = drop_unreferenced(&w)) < 0) goto fail;
+    if ((status = stop(&w, 0.9)) < 0) goto fail;
 
     loxo_release(ctx, w.twin);
     w.twin = NULL;
@@ -328,9 +339,9 @@ loxo_status loxo_repair(loxo_context *ctx, loxo_soup *soup, const loxo_repair_se
     loxo_release(ctx, soup->triangle);
     soup->triangle = w.triangle;
     soup->n_faces = w.n_faces;
-    loxo_release(ctx, w.face_origin);
     *vertex_origin = w.origin;
     *vertex_result = w.result;
+    *face_origin = w.face_origin;
     *info = w.info;
     return loxo_repair_changed_surface(info) || info->n_degenerate_dropped + info->n_faces_turned > 0 ? LOXO_REPAIRED
                                                                                                       : LOXO_OK;
@@ -347,7 +358,7 @@ loxo_status loxo_soup_repair(loxo_context *ctx, loxo_soup *soup, const loxo_repa
                              loxo_index **vertex_origin, loxo_repair_info *info)
 {
     const loxo_repair_settings defaults = loxo_repair_settings_default();
-    loxo_index *origin = NULL, *result = NULL, *identity = NULL;
+    loxo_index *origin = NULL, *result = NULL, *faces = NULL, *identity = NULL;
     loxo_repair_info own_info;
     loxo_status status;
     if (ctx == NULL || soup == NULL) return loxo_fail(ctx, LOXO_ERR_ARGUMENT, "repair: no context or no soup");
@@ -360,8 +371,9 @@ loxo_status loxo_soup_repair(loxo_context *ctx, loxo_soup *soup, const loxo_repa
         for (int64_t v = 0; v < soup->n_vertices; ++v)
             identity[v] = (loxo_index)v;
     }
-    status = loxo_repair(ctx, soup, settings == NULL ? &defaults : settings, &origin, &result,
+    status = loxo_repair(ctx, soup, settings == NULL ? &defaults : settings, &origin, &result, &faces,
                          info != NULL ? info : &own_info);
+    loxo_release(ctx, faces);
     loxo_release(ctx, result);
     if (status >= 0 && vertex_origin != NULL) {
         *vertex_origin = origin != NULL ? origin : identity;

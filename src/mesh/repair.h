@@ -5,12 +5,14 @@
 
 #include <loxo/mesh.h>
 
-/* As loxo_soup_repair. Two arrays, owned by the caller then; NULL when the vertices stayed what they were:
+/* As loxo_soup_repair. Three arrays, owned by the caller then; NULL when the vertices, or faces, stayed what they were:
  *   vertex_origin  [soup->n_vertices] number before of every vertex now
  *   vertex_result  [n_vertices before] number now of every vertex before: of a welded one the vertex it became, of a
- *                  split one its first copy, -1 of a dropped one */
+ *                  split one its first copy, -1 of a dropped one
+ *   face_origin    [soup->n_faces] number before of every face now */
 loxo_status loxo_repair(loxo_context *ctx, loxo_soup *soup, const loxo_repair_settings *settings,
-                        loxo_index **vertex_origin, loxo_index **vertex_result, loxo_repair_info *info);
+                        loxo_index **vertex_origin, loxo_index **vertex_result, loxo_index **face_origin,
+                        loxo_repair_info *info);
 
 /* The surface itself was changed, not only faces without area dropped or turned. */
 static inline bool loxo_repair_changed_surface(const loxo_repair_info *info)

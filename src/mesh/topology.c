@@ -21,7 +21,19 @@ typedef struct trees {
     uint8_t *flag;         /* [3 n_faces] of half-edges */
     bool *is_face_seen;    /* [n_faces] */
     int64_t n_components;
+    int64_t n_steps; /* since the monitor was asked */
+    bool is_stopped;
 } trees;
+
+#define STEPS_BETWEEN_LOOKS 65536
+
+static bool stop_wanted(trees *t)
+{
+    if (++t->n_steps < STEPS_BETWEEN_LOOKS) return false;
+    t->n_steps = 0;
+    t->is_stopped = t->is_stopped || loxo_stop_wanted(t->ctx, "cycles", -1.0);
+    return t->is_stopped;
+}
 
 static loxo_index head_of(const loxo_mesh_view *m, loxo_index h) { return m->halfedge_vertex[loxo_halfedge_next(h)]; }
 
@@ -50,6 +62,7 @@ static void grow_vertex_trees(trees *t)
         int64_t tail = 0;
         visit(t, (loxo_index)root, -1, component, &tail);
         for (int64_t i = 0; i < tail; ++i) {
+            if (stop_wanted(t)) return;
             const loxo_index first = m->vertex_halfedge[t->queue[i]];
             loxo_index h = first, back = -1;
             do {
@@ -117,6 +130,7 @@ static void grow_face_trees(trees *t)
         t->is_face_seen[root] = true;
         t->queue[tail++] = (loxo_index)root;
         for (int64_t i = 0; i < tail; ++i) {
+            if (stop_wanted(t)) return;
             if (t->queue[i] >= 0)
                 expand_face(t, t->queue[i], &tail);
             else
@@ -201,6 +215,7 @@ static loxo_status collect_generators(trees *t, loxo_chains *chains, int64_t *n_
 {
     for (int64_t i = 0; i < 3 * t->m->n_faces; ++i) {
         const loxo_index h = (loxo_index)i, twin = t->m->halfedge_twin[h];
+        if (stop_wanted(t)) return LOXO_OK;
         if ((twin >= 0 && twin < h) || (t->flag[h] & CROSSED) != 0 || is_in_tree(t, h)) continue;
         if (is_full(t, chains, 1)) {
             ++chains->n_left_out;
@@ -225,6 +240,7 @@ static loxo_status collect_loops(trees *t, loxo_chains *chains, int64_t *n_room,
         t->queue[c] = 0;
     for (int64_t i = 0; i < 3 * t->m->n_faces; ++i) {
         loxo_index on = (loxo_index)i;
+        if (stop_wanted(t)) return LOXO_OK;
         if (t->m->halfedge_twin[i] >= 0 || (t->flag[i] & LOOP_TAKEN) != 0) continue;
         int64_t n = 0;
         do {
@@ -267,10 +283,13 @@ loxo_status loxo_cycle_basis(loxo_context *ctx, const loxo_mesh_view *mesh, loxo
     t.is_face_seen = loxo_allocate_zero(ctx, mesh->n_faces, sizeof *t.is_face_seen);
     if (t.parent == NULL || t.component == NULL || t.queue == NULL || t.flag == NULL || t.is_face_seen == NULL)
         goto done;
+    status = LOXO_OK;
     grow_vertex_trees(&t);
-    grow_face_trees(&t);
-    if ((status = collect_generators(&t, out, &n_room, &n_chain_room)) < 0) goto done;
-    status = collect_loops(&t, out, &n_room, &n_chain_room);
+    if (!t.is_stopped) grow_face_trees(&t);
+    if (!t.is_stopped) status = collect_generators(&t, out, &n_room, &n_chain_room);
+    if (!t.is_stopped && status >= 0) status = collect_loops(&t, out, &n_room, &n_chain_room);
+    if (t.is_stopped && status >= 0)
+        status = loxo_fail(ctx, LOXO_ERR_STOPPED, "stopped by the monitor while cycles were looked for");
 done:
     loxo_release(ctx, t.is_face_seen);
     loxo_release(ctx, t.flag);

@@ -19,7 +19,7 @@ typedef struct loxo_chains {
  * Together the chains have at most about a quarter as many elements as the mesh has vertices; the rest is left out and
  * counted: surfaces of high genus would need chains longer than the mesh.
  *   out      freed by loxo_chains_destroy; all NULL where there is none
- * returns  LOXO_OK, LOXO_ERR_MEMORY
+ * returns  LOXO_OK, LOXO_ERR_MEMORY, LOXO_ERR_STOPPED
  * cost     linear in the mesh plus the chains' length; 24 bytes a vertex of workspace
  * source   Eppstein 2003, Dynamic Generators of Topologically Embedded Graphs (tree-cotree decomposition) */
 loxo_status loxo_cycle_basis(loxo_context *ctx, const loxo_mesh_view *mesh, loxo_chains *out);

@@ -275,3 +275,30 @@ TEST(monitor_stops)
     CHECK(loxo_progress_tell(test_context, &(loxo_progress){.phase = "phase"}, true));
     CHECK_EQUAL(n_calls, 1);
 }
+
+static int note_elapsed(void *user, const loxo_progress *progress)
+{
+    *(double *)user = progress->elapsed_s;
+    return 0;
+}
+
+TEST(calls_inside_a_call_do_not_start_the_clock_again)
+{
+    const loxo_progress p = {.phase = "phase"};
+    double elapsed_s = -1.0;
+    loxo_context_set_monitor(test_context, note_elapsed, &elapsed_s);
+    loxo_progress_enter(test_context);
+    test_context->call_start_s -= 1000.0; /* as if it had begun long ago */
+    loxo_progress_begin(test_context);
+    loxo_progress_tell(test_context, &p, true);
+    CHECK(elapsed_s >= 1000.0);
+    loxo_progress_enter(test_context);
+    loxo_progress_leave(test_context);
+    loxo_progress_begin(test_context);
+    loxo_progress_tell(test_context, &p, true);
+    CHECK(elapsed_s >= 1000.0);
+    loxo_progress_leave(test_context);
+    loxo_progress_begin(test_context);
+    loxo_progress_tell(test_context, &p, true);
+    CHECK(elapsed_s < 1000.0);
+}

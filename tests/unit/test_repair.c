@@ -208,6 +208,30 @@ TEST(failures_leave_the_soup_as_it_was)
     loxo_soup_destroy(test_context, &soup);
 }
 
+static int stop_at_once(void *user, const loxo_progress *progress)
+{
+    *(int *)user += strcmp(progress->phase, "repair") == 0;
+    return 1;
+}
+
+TEST(the_monitor_stops_it_and_the_soup_is_as_it_was)
+{
+    NEEDS_IDS(3600000); /* so large that it is asked: the monitor is called every 20 ms at most */
+    loxo_soup soup = shape_torus(test_context, 1000, 600);
+    const size_t n_bytes = (size_t)soup.n_faces * 3 * sizeof *soup.triangle;
+    loxo_index *origin = NULL;
+    int n_calls = 0;
+    soup.triangle[30] = soup.triangle[31];
+    const uint64_t hash = test_hash(soup.triangle, n_bytes);
+    loxo_context_set_monitor(test_context, stop_at_once, &n_calls);
+    CHECK_STATUS(test_context, loxo_soup_repair(test_context, &soup, NULL, &origin, NULL), LOXO_ERR_STOPPED);
+    CHECK_EQUAL(n_calls, 1);
+    CHECK(origin == NULL);
+    CHECK_EQUAL(soup.n_faces, 1200000);
+    CHECK_EQUAL(test_hash(soup.triangle, n_bytes), hash);
+    loxo_soup_destroy(test_context, &soup);
+}
+
 /* Any triangles whatsoever: repaired, or not orientable; a second repair finds nothing. */
 TEST(random_soups_end_manifold)
 {

@@ -165,3 +165,23 @@ TEST(every_allocation_may_fail)
     CHECK(test_each_allocation_fails(basis, &m) >= 8);
     loxo_mesh_destroy(mesh);
 }
+
+static int stop_at_once(void *user, const loxo_progress *progress)
+{
+    *(int *)user += strcmp(progress->phase, "cycles") == 0;
+    return 1;
+}
+
+TEST(the_monitor_stops_it)
+{
+    NEEDS_IDS(3600000); /* so large that it is asked: the monitor is called every 20 ms at most */
+    loxo_mesh *mesh = create(test_context, shape_torus(test_context, 1000, 600));
+    loxo_mesh_view m = loxo_mesh_get_view(mesh);
+    int n_calls = 0;
+    loxo_context_set_monitor(test_context, stop_at_once, &n_calls);
+    CHECK_STATUS(test_context, basis(test_context, &m), LOXO_ERR_STOPPED);
+    CHECK_EQUAL(n_calls, 1);
+    loxo_context_set_monitor(test_context, NULL, NULL);
+    CHECK_OK(basis(test_context, &m));
+    loxo_mesh_destroy(mesh);
+}

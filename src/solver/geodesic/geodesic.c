@@ -445,10 +445,12 @@ loxo_status loxo_geodesic_distance(loxo_context *ctx, const loxo_mesh *mesh, con
                                    loxo_geodesic_info *info)
 {
     loxo_geodesic *g = NULL;
+    if (ctx == NULL) return LOXO_ERR_ARGUMENT;
+    loxo_progress_enter(ctx);
     loxo_status status = loxo_geodesic_create(ctx, mesh, settings, &g);
-    if (status < 0) return status;
-    status = loxo_geodesic_solve(g, sources, n_sources, distance, info);
+    if (status >= 0) status = loxo_geodesic_solve(g, sources, n_sources, distance, info);
     loxo_geodesic_destroy(g);
+    loxo_progress_leave(ctx);
     return status;
 }
 
