@@ -33,7 +33,7 @@ static loxo_status generate(bench *b, char **argv)
     if (!loxo_shape_from_name(argv[0], &settings.shape))
         return bench_fail(b, LOXO_ERR_ARGUMENT, "no shape of that name: %s", argv[0]);
     settings.n_vertices = strtoll(argv[1], NULL, 10);
-    const loxo_status status = loxo_generate_to_ply(b->ctx, &settings, argv[2], &n_vertices, &n_faces);
+    const loxo_status status = loxo_generate_to_ply(b->ctx, &settings, false, argv[2], &n_vertices, &n_faces);
     if (status < 0) return status;
     return print_json(b, json_pack("{s:I, s:I}", "n_vertices", (json_int_t)n_vertices, "n_faces", (json_int_t)n_faces));
 }

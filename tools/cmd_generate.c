@@ -128,15 +128,15 @@ static loxo_status generate_main(cli_run *run, void *state)
         if ((status = cli_output(run, path)) < 0) return status;
     }
     if (exact != NULL && (status = cli_output(run, exact)) < 0) return status;
-    /* PLY of doubles is written as it is made, in memory that does not grow. */
-    const bool streams = exact == NULL && !s->values.is_float && (path == NULL || write.format == LOXO_FORMAT_PLY);
+    /* PLY is written as it is made, in memory that does not grow. */
+    const bool streams = exact == NULL && (path == NULL || write.format == LOXO_FORMAT_PLY);
     if (s->common.estimate) {
         estimate(run, &s->values, streams);
         return LOXO_OK;
     }
     const double start_s = loxo_os_clock_s();
     if (streams)
-        status = loxo_generate_to_ply(run->ctx, &settings, path, &n_vertices, &n_faces);
+        status = loxo_generate_to_ply(run->ctx, &settings, s->values.is_float, path, &n_vertices, &n_faces);
     else
         status = make_in_memory(run, &s->values, &settings, path, &write, &n_vertices, &n_faces);
     if (status < 0) return status;
@@ -177,9 +177,7 @@ const cli_command command_generate = {
     .name = "generate",
     .operands = "SHAPE --vertices N -o FILE [options]",
     .summary = "a mesh of a known shape, of any size",
-    .about =
-        "Binary PLY in double precision is written as it is made: memory does not grow with the mesh. Shapes with\n"
-        "their params:\n",
+    .about = "Binary PLY is written as it is made: memory does not grow with the mesh. Shapes with their params:\n",
     .examples = "  loxo generate icosphere --vertices 1000000 -o sphere.ply\n"
                 "  loxo generate torus --vertices 50000 --params 1,0.3 -o torus.off\n"
                 "  loxo generate icosphere --vertices 40000 -o s.ply --exact-from 0 exact.npy\n",

@@ -247,9 +247,10 @@ LOXO_API bool loxo_shape_from_name(const char *name, loxo_shape *shape); /* fals
 /* Makes the arrays. Positions are float when is_float. */
 LOXO_API loxo_status loxo_generate(loxo_context *ctx, const loxo_generate_settings *settings, bool is_float,
                                    loxo_soup *soup);
-/* Makes it and writes binary PLY as it goes: memory does not grow with the mesh. Atomic as all writers. */
-LOXO_API loxo_status loxo_generate_to_ply(loxo_context *ctx, const loxo_generate_settings *settings, const char *path,
-                                          int64_t *n_vertices, int64_t *n_faces);
+/* Makes it and writes binary PLY as it goes: memory does not grow with the mesh. Atomic as all writers; the bits are those
+ * of loxo_generate. n_vertices, n_faces: out, may be NULL. */
+LOXO_API loxo_status loxo_generate_to_ply(loxo_context *ctx, const loxo_generate_settings *settings, bool is_float,
+                                          const char *path, int64_t *n_vertices, int64_t *n_faces);
 /* Distance on the smooth shape from vertex `source` to every vertex, where a closed form is known: icosphere, latlong
  * (sphere), cylinder, disk and grid and strip (flat, convex), annulus.
  * returns  LOXO_ERR_UNSUPPORTED where none is known */

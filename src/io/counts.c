@@ -6,13 +6,13 @@
 #include "io/ply.h"
 #include "io/sniff.h"
 #include "io/source.h"
+#include "io/weld.h"
 
 #include <loxo/io.h>
 
 #include <string.h>
 
 #define STL_HEADER_BYTES 84
-#define STL_FACET_BYTES  50
 #define PASS_BYTES       LOXO_SOURCE_HEAD
 
 /* ---- text, passed over ----------------------------------------------------------------------------------------- */
@@ -242,7 +242,7 @@ static loxo_status stl_head(looking *l, bool is_thorough, loxo_head *head)
         l->n < STL_HEADER_BYTES
             ? 0
             : (int64_t)((uint32_t)b[80] | (uint32_t)b[81] << 8 | (uint32_t)b[82] << 16 | (uint32_t)b[83] << 24);
-    const bool is_sized = l->n_total == STL_HEADER_BYTES + STL_FACET_BYTES * n_facets;
+    const bool is_sized = l->n_total == STL_HEADER_BYTES + LOXO_STL_FACET_BYTES * n_facets;
     const bool is_text = !is_sized && memchr(b, 0, l->n < 512 ? l->n : 512) == NULL;
     if (is_text && is_thorough) return pass_words(l, PASS_STL, head);
     if (is_text || l->n < STL_HEADER_BYTES) return LOXO_OK;
@@ -281,7 +281,7 @@ static size_t bytes_to_read(const looking *l, loxo_format format, const loxo_hea
     if (l->n_total < 0 && packed > 0.0) whole = 3.0 * packed; /* what the reader expects, too */
     if (head->n_loaded > 0) whole = (double)head->n_loaded;
     double more = 0.0;
-    if (format == LOXO_FORMAT_STL) more = 3.0 * n_faces * ((head->is_float ? 12.0 : 24.0) + 24.0);
+    if (format == LOXO_FORMAT_STL) more = 3.0 * n_faces * (4.0 + (head->is_float ? 0.0 : 24.0)); /* weld.c */
     if (format == LOXO_FORMAT_GIFTI) more = soup; /* arrays as the file has them */
     const double sum = soup + whole + packed + more;
     return sum < 0x1p62 ? (size_t)sum : SIZE_MAX / 2;

@@ -6,143 +6,13 @@
 #include "io/bytes.h"
 #include "io/formats.h"
 #include "io/text.h"
+#include "io/weld.h"
 #include "par/range.h"
 
 #include <inttypes.h>
 
 #define HEADER_BYTES 84
-#define FACET_BYTES  50
-
-/* ---- joining ------------------------------------------------------------------------------------------------- */
-
-/* Bits of a coordinate that compare as the numbers do for being the same; -0 is 0. */
-static uint64_t coordinate_bits(const loxo_soup *soup, int64_t corner, int axis)
-{
-    if (soup->position_float != NULL) {
-        const float x = soup->position_float[3 * corner + axis] + 0.0f;
-        uint32_t bits;
-        memcpy(&bits, &x, sizeof bits);
-        return bits;
-    }
-    const double x = soup->position[3 * corner + axis] + 0.0;
-    uint64_t bits;
-    memcpy(&bits, &x, sizeof bits);
-    return bits;
-}
-
-static bool are_same(const loxo_soup *soup, int64_t a, int64_t b)
-{
-    return coordinate_bits(soup, a, 0) == coordinate_bits(soup, b, 0) &&
-           coordinate_bits(soup, a, 1) == coordinate_bits(soup, b, 1) &&
-           coordinate_bits(soup, a, 2) == coordinate_bits(soup, b, 2);
-}
-
-/* Corners in an order that puts the same points side by side, the lower corner first: stable sorts by one coordinate
- * after the other, which no choice of points makes slow. Floats go two at a time. */
-static loxo_status sort_corners(loxo_context *ctx, const loxo_soup *soup, int64_t n, uint32_t *corner)
-{
-    const bool is_float = soup->position_float != NULL;
-    uint64_t *key = loxo_allocate(ctx, n, sizeof *key);
-    loxo_status status = key == NULL ? LOXO_ERR_MEMORY : LOXO_OK;
-    for (int64_t i = 0; i < n && status >= 0; ++i)
-        corner[i] = (uint32_t)i;
-    for (int round = 0; round < (is_float ? 2 : 3) && status >= 0; ++round) {
-#pragma omp parallel num_threads(loxo_threads_for(ctx, n, 5.0))
-        {
-            const loxo_range range = loxo_thread_range(n);
-            for (int64_t i = range.begin; i < range.end; ++i) {
-                if (is_float && round == 1)
-                    key[i] = coordinate_bits(soup, corner[i], 0) << 32 | coordinate_bits(soup, corner[i], 1);
-                else
-                    key[i] = coordinate_bits(soup, corner[i], 2 - round);
-            }
-        }
-        status = loxo_sort_u64(ctx, n, key, corner, is_float && round == 0 ? 32 : 64);
-    }
-    loxo_release(ctx, key);
-    return status;
-}
-
-/* first[c]: the lowest corner at the same point as corner c. */
-static void find_first(const loxo_context *ctx, const loxo_soup *soup, int64_t n, const uint32_t *sorted,
-                       uint32_t *first)
-{
-#pragma omp parallel num_threads(loxo_threads_for(ctx, n, 20.0))
-    {
-        /* Each thread takes the groups that begin in its range. */
-        const loxo_range range = loxo_thread_range(n);
-        int64_t i = range.begin;
-        while (i > 0 && i < range.end && are_same(soup, sorted[i - 1], sorted[i]))
-            ++i;
-        while (i < range.end) {
-            const uint32_t lowest = sorted[i];
-            do
-                first[sorted[i++]] = lowest;
-            while (i < n && are_same(soup, lowest, sorted[i]));
-        }
-    }
-}
-
-/* Positions of all corners, three a triangle, into vertices numbered as they first appear. */
-static loxo_status weld(loxo_context *ctx, loxo_soup *soup)
-{
-    const int64_t n = soup->n_vertices;
-    const bool is_float = soup->position_float != NULL;
-    const size_t n_point = 3 * (is_float ? sizeof(float) : sizeof(double));
-    unsigned char *point = is_float ? (unsigned char *)soup->position_float : (unsigned char *)soup->position;
-    int64_t n_vertices = 0;
-    loxo_status status = LOXO_ERR_MEMORY;
-    uint32_t *sorted = loxo_allocate(ctx, n, sizeof *sorted);
-    uint32_t *first = NULL;
-    if (sorted == NULL || (status = sort_corners(ctx, soup, n, sorted)) < 0) goto end;
-    first = loxo_allocate(ctx, n, sizeof *first);
-    status = LOXO_ERR_MEMORY;
-    if (first == NULL) goto end;
-    find_first(ctx, soup, n, sorted, first);
-    loxo_release(ctx, sorted);
-    sorted = NULL;
-    if ((status = loxo_soup_allocate_triangles(ctx, soup, n / 3)) < 0) goto end;
-    for (int64_t c = 0; c < n; ++c) {
-        if (first[c] != c) {
-            soup->triangle[c] = soup->triangle[first[c]];
-            continue;
-        }
-        if (n_vertices > LOXO_INDEX_MAX) {
-            status = loxo_fail(ctx, LOXO_ERR_LIMIT, "more vertices than this build's ids can count (%" PRId64 ")",
-                               (int64_t)LOXO_INDEX_MAX);
-            goto end;
-        }
-        memmove(point + (size_t)n_vertices * n_point, point + (size_t)c * n_point, n_point);
-        soup->triangle[c] = (loxo_index)n_vertices++;
-    }
-    point = loxo_reallocate(ctx, point, n_vertices, n_point);
-    status = LOXO_ERR_MEMORY;
-    if (point == NULL) goto end;
-    if (is_float)
-        soup->position_float = (float *)(void *)point;
-    else
-        soup->position = (double *)(void *)point;
-    soup->n_vertices = n_vertices;
-    status = LOXO_OK;
-end:
-    loxo_release(ctx, sorted);
-    loxo_release(ctx, first);
-    return status;
-}
-
-/* Room for three corners a facet. They are no vertices yet, so that their number may be beyond the ids. */
-static loxo_status allocate_corners(loxo_context *ctx, loxo_soup *soup, int64_t n_facets, bool is_float)
-{
-    if (n_facets > UINT32_MAX / 3)
-        return loxo_fail(ctx, LOXO_ERR_LIMIT, "%" PRId64 " facets are more than can be joined", n_facets);
-    if (is_float)
-        soup->position_float = loxo_allocate(ctx, 3 * n_facets, 3 * sizeof(float));
-    else
-        soup->position = loxo_allocate(ctx, 3 * n_facets, 3 * sizeof(double));
-    if (soup->position_float == NULL && soup->position == NULL) return LOXO_ERR_MEMORY;
-    soup->n_vertices = 3 * n_facets;
-    return LOXO_OK;
-}
+#define FACET_BYTES  LOXO_STL_FACET_BYTES
 
 /* ---- binary -------------------------------------------------------------------------------------------------- */
 
@@ -152,7 +22,6 @@ static loxo_status read_binary(loxo_context *ctx, const uint8_t *bytes, int64_t 
     const int64_t n_facets = n < HEADER_BYTES ? 0 : (int64_t)loxo_load_u32(bytes + 80, LOXO_HOST_IS_BIG);
     const loxo_place end = {.file = name, .byte = n, .element = n_found};
     int64_t bad = INT64_MAX, n_normals = 0;
-    loxo_status status;
     if (n < HEADER_BYTES)
         return loxo_fail_at(ctx, LOXO_ERR_MALFORMED, (loxo_place){.file = name, .byte = n, .element = -1},
                             "%" PRId64 " bytes are too few for a binary STL, and it is no text that begins with solid",
@@ -166,7 +35,7 @@ static loxo_status read_binary(loxo_context *ctx, const uint8_t *bytes, int64_t 
                             "the file ends early: %" PRId64 " facets declared, %" PRId64 " found (byte order?)",
                             n_facets, n_found);
     }
-    if ((status = allocate_corners(ctx, soup, n_facets, true)) < 0) return status;
+    const loxo_corners corners = {.facet = bytes + HEADER_BYTES, .n_facets = n_facets};
 #pragma omp parallel num_threads(loxo_threads_for(ctx, n_facets, 10.0)) reduction(min : bad) reduction(+ : n_normals)
     {
         const loxo_range range = loxo_thread_range(n_facets);
@@ -178,10 +47,11 @@ static loxo_status read_binary(loxo_context *ctx, const uint8_t *bytes, int64_t 
                 is_finite = is_finite && x - x == 0.0f;
             }
             n_normals += !is_finite;
-            for (int i = 0; i < 9; ++i)
-                soup->position_float[9 * f + i] = loxo_load_float(p + 12 + (ptrdiff_t)4 * i, LOXO_HOST_IS_BIG);
             for (int i = 0; i < 3; ++i) {
-                if (3 * f + i < bad && !loxo_is_finite3(soup, 3 * f + i)) bad = 3 * f + i;
+                float q[3];
+                loxo_corner_floats(&corners, 3 * f + i, q);
+                is_finite = q[0] - q[0] == 0.0f && q[1] - q[1] == 0.0f && q[2] - q[2] == 0.0f;
+                if (!is_finite && 3 * f + i < bad) bad = 3 * f + i;
             }
         }
     }
@@ -197,14 +67,14 @@ static loxo_status read_binary(loxo_context *ctx, const uint8_t *bytes, int64_t 
                   n - HEADER_BYTES - FACET_BYTES * n_facets);
     if (n_normals > 0)
         loxo_warn(ctx, "value-nonfinite", n_normals, "%s: %" PRId64 " normals are not finite", name, n_normals);
-    return LOXO_OK;
+    return loxo_weld(ctx, &corners, soup);
 }
 
 /* ---- text ---------------------------------------------------------------------------------------------------- */
 
 typedef struct reading {
     const loxo_text *text;
-    loxo_soup *soup; /* NULL: only counts */
+    double *corner; /* [facets][9]; NULL: only counts */
 } reading;
 
 typedef struct facet_scan {
@@ -251,7 +121,7 @@ static bool take_number(facet_scan *s, bool is_lenient, double *value, bool *is_
     const char *at = next_token(s->r->text, s->p);
     s->p = at;
     if (at == s->r->text->end) return fault(s, LOXO_TROUBLE_SYNTAX, at, "the file ends inside a facet");
-    if (s->r->soup == NULL) {
+    if (s->r->corner == NULL) {
         s->p = loxo_token_end(at, s->r->text->end);
         return true;
     }
@@ -282,7 +152,7 @@ static bool take_facet(facet_scan *s)
     }
     if (!take_word(s, "endloop", "\"endloop\" expected behind three vertices")) return false;
     if (!take_word(s, "endfacet", "\"endfacet\" expected")) return false;
-    if (s->r->soup != NULL) memcpy(&s->r->soup->position[9 * s->face], corner, sizeof corner);
+    if (s->r->corner != NULL) memcpy(&s->r->corner[9 * s->face], corner, sizeof corner);
     s->chunk->n_nonfinite_other += !has_normal;
     return true;
 }
@@ -312,17 +182,11 @@ static void read_chunk(void *arg, loxo_text_chunk *chunk, int thread)
     chunk->n_faces = s.face - chunk->first_face;
 }
 
-static loxo_status read_text(loxo_context *ctx, const loxo_text *text, loxo_text_chunks *chunks, loxo_soup *soup)
+/* What is wrong with the whole, and odd. */
+static loxo_status judge_text(loxo_context *ctx, const loxo_text *text, const loxo_text_chunks *chunks, int64_t n_open,
+                              int64_t n_faces)
 {
-    const int n_threads = loxo_text_max_threads(ctx, chunks);
-    int64_t n_open, n_faces, n_normals = 0;
-    loxo_face_tally tally;
-    loxo_status status = loxo_text_parse(ctx, chunks, read_chunk, &(reading){text, NULL}, n_threads, "parse");
-    if (status < 0) return status;
-    loxo_text_add_up(chunks, &n_open, &n_faces, &tally);
-    if ((status = allocate_corners(ctx, soup, n_faces, false)) < 0) return status;
-    status = loxo_text_parse(ctx, chunks, read_chunk, &(reading){text, soup}, n_threads, "parse");
-    if (status < 0) return status;
+    int64_t n_normals = 0;
     const loxo_text_fault *first = loxo_text_first_fault(chunks);
     if (first != NULL) return loxo_text_fail(ctx, text, first, NULL);
     if (n_open > 0)
@@ -336,6 +200,23 @@ static loxo_status read_text(loxo_context *ctx, const loxo_text *text, loxo_text
     if (n_normals > 0)
         loxo_warn(ctx, "value-nonfinite", n_normals, "%s: %" PRId64 " normals are not finite", text->name, n_normals);
     return LOXO_OK;
+}
+
+static loxo_status read_text(loxo_context *ctx, const loxo_text *text, loxo_text_chunks *chunks, loxo_soup *soup)
+{
+    const int n_threads = loxo_text_max_threads(ctx, chunks);
+    int64_t n_open, n_faces;
+    loxo_face_tally tally;
+    loxo_status status = loxo_text_parse(ctx, chunks, read_chunk, &(reading){text, NULL}, n_threads, "parse");
+    if (status < 0) return status;
+    loxo_text_add_up(chunks, &n_open, &n_faces, &tally);
+    double *corner = loxo_allocate(ctx, n_faces, 9 * sizeof *corner);
+    if (corner == NULL) return LOXO_ERR_MEMORY;
+    status = loxo_text_parse(ctx, chunks, read_chunk, &(reading){text, corner}, n_threads, "parse");
+    if (status >= 0) status = judge_text(ctx, text, chunks, n_open, n_faces);
+    if (status >= 0) status = loxo_weld(ctx, &(loxo_corners){.position = corner, .n_facets = n_faces}, soup);
+    loxo_release(ctx, corner);
+    return status;
 }
 
 /* A binary file's size agrees with its count, also when its header happens to say solid. */
@@ -361,7 +242,6 @@ loxo_status loxo_read_stl(loxo_context *ctx, const uint8_t *bytes, size_t n, con
     } else {
         status = read_binary(ctx, bytes, (int64_t)n, name, soup);
     }
-    if (status >= 0) status = weld(ctx, soup);
     if (status >= 0) {
         loxo_soup_warn(ctx, name, soup, 0);
         return LOXO_OK;

@@ -161,24 +161,11 @@ void loxo_generator_positions(loxo_context *ctx, const loxo_generator *g, int64_
     }
 }
 
-void loxo_generator_faces(loxo_context *ctx, const loxo_generator *g, int64_t begin, int64_t end,
-                          loxo_index (*triangle)[3])
-{
-    const int n_threads = loxo_threads_for(ctx, end - begin, 10.0);
-#pragma omp parallel num_threads(n_threads)
-    {
-        const loxo_range r = loxo_thread_range(end - begin);
-        if (r.begin < r.end) g->faces(g, begin + r.begin, begin + r.end, triangle + r.begin);
-    }
-}
-
-/* Elements between two looks at the monitor. */
-#define STRETCH ((int64_t)1 << 20)
 /* Positions made in double on the stack on their way to float. */
 #define PIECE 256
 
-static void float_positions(loxo_context *ctx, const loxo_generator *g, int64_t begin, int64_t end,
-                            float (*position)[3])
+void loxo_generator_float_positions(loxo_context *ctx, const loxo_generator *g, int64_t begin, int64_t end,
+                                    float (*position)[3])
 {
     const int n_threads = loxo_threads_for(ctx, end - begin, shapes[g->shape].ns_vertex);
 #pragma omp parallel num_threads(n_threads)
@@ -195,6 +182,19 @@ static void float_positions(loxo_context *ctx, const loxo_generator *g, int64_t 
     }
 }
 
+void loxo_generator_faces(loxo_context *ctx, const loxo_generator *g, int64_t begin, int64_t end,
+                          loxo_index (*triangle)[3])
+{
+    const int n_threads = loxo_threads_for(ctx, end - begin, 10.0);
+#pragma omp parallel num_threads(n_threads)
+    {
+        const loxo_range r = loxo_thread_range(end - begin);
+        if (r.begin < r.end) g->faces(g, begin + r.begin, begin + r.end, triangle + r.begin);
+    }
+}
+
+/* Elements between two looks at the monitor. */
+#define STRETCH ((int64_t)1 << 20)
 static loxo_status fill(loxo_context *ctx, const loxo_generator *g, loxo_soup *soup)
 {
     const double n_all = (double)(g->n_vertices + g->n_faces);
@@ -204,7 +204,7 @@ static loxo_status fill(loxo_context *ctx, const loxo_generator *g, loxo_soup *s
         if (soup->position != NULL)
             loxo_generator_positions(ctx, g, begin, end, (double(*)[3])soup->position + begin);
         else
-            float_positions(ctx, g, begin, end, (float(*)[3])soup->position_float + begin);
+            loxo_generator_float_positions(ctx, g, begin, end, (float(*)[3])soup->position_float + begin);
     }
     for (int64_t begin = 0; begin < g->n_faces; begin += STRETCH) {
         const int64_t end = begin + STRETCH < g->n_faces ? begin + STRETCH : g->n_faces;

@@ -30,9 +30,11 @@ struct loxo_generator {
 
 /* Checks the settings and makes the generator ready; allocates nothing. LOXO_ERR_ARGUMENT or LOXO_ERR_LIMIT. */
 loxo_status loxo_generator_make(loxo_context *ctx, const loxo_generate_settings *settings, loxo_generator *g);
-/* Both in parallel, by the shape's functions. */
+/* In parallel, by the shape's functions. */
 void loxo_generator_positions(loxo_context *ctx, const loxo_generator *g, int64_t begin, int64_t end,
                               double (*position)[3]);
+void loxo_generator_float_positions(loxo_context *ctx, const loxo_generator *g, int64_t begin, int64_t end,
+                                    float (*position)[3]);
 void loxo_generator_faces(loxo_context *ctx, const loxo_generator *g, int64_t begin, int64_t end,
                           loxo_index (*triangle)[3]);
 

@@ -25,6 +25,7 @@
 typedef struct ply_stream {
     loxo_context *ctx;
     const loxo_generator *g;
+    bool is_float;
     loxo_os_output output;
     loxo_index (*triangle)[3]; /* [BLOCK] */
     unsigned char *bytes;      /* [BLOCK] of the larger record */
@@ -33,11 +34,12 @@ typedef struct ply_stream {
 static loxo_status write_header(ply_stream *s)
 {
     char text[512];
+    const char *type = s->is_float ? "float" : "double";
     const int n = snprintf(text, sizeof text,
                            "ply\nformat binary_" BYTE_ORDER_NAME "_endian 1.0\ncomment loxo %s\n"
-                           "element vertex %" PRId64 "\nproperty double x\nproperty double y\nproperty double z\n"
+                           "element vertex %" PRId64 "\nproperty %s x\nproperty %s y\nproperty %s z\n"
                            "element face %" PRId64 "\nproperty list uchar int vertex_indices\nend_header\n",
-                           loxo_shape_name(s->g->shape), s->g->n_vertices, s->g->n_faces);
+                           loxo_shape_name(s->g->shape), s->g->n_vertices, type, type, type, s->g->n_faces);
     return loxo_os_output_write(s->ctx, &s->output, text, (size_t)n);
 }
 
@@ -49,13 +51,15 @@ static bool stop_wanted(const ply_stream *s, int64_t n_done)
 static loxo_status write_vertices(ply_stream *s)
 {
     const int64_t n = s->g->n_vertices;
-    double(*position)[3] = (double(*)[3])(void *)s->bytes;
+    const size_t n_row = 3 * (s->is_float ? sizeof(float) : sizeof(double));
     for (int64_t begin = 0; begin < n; begin += BLOCK) {
         const int64_t end = begin + BLOCK < n ? begin + BLOCK : n;
         if (stop_wanted(s, begin)) return loxo_fail(s->ctx, LOXO_ERR_STOPPED, "generate: stopped");
-        loxo_generator_positions(s->ctx, s->g, begin, end, position);
-        const loxo_status status =
-            loxo_os_output_write(s->ctx, &s->output, position, (size_t)(end - begin) * sizeof *position);
+        if (s->is_float)
+            loxo_generator_float_positions(s->ctx, s->g, begin, end, (float(*)[3])(void *)s->bytes);
+        else
+            loxo_generator_positions(s->ctx, s->g, begin, end, (double(*)[3])(void *)s->bytes);
+        const loxo_status status = loxo_os_output_write(s->ctx, &s->output, s->bytes, (size_t)(end - begin) * n_row);
         if (status < 0) return status;
     }
     return LOXO_OK;
@@ -84,11 +88,11 @@ static loxo_status write_faces(ply_stream *s)
     return LOXO_OK;
 }
 
-loxo_status loxo_generate_to_ply(loxo_context *ctx, const loxo_generate_settings *settings, const char *path,
-                                 int64_t *n_vertices, int64_t *n_faces)
+loxo_status loxo_generate_to_ply(loxo_context *ctx, const loxo_generate_settings *settings, bool is_float,
+                                 const char *path, int64_t *n_vertices, int64_t *n_faces)
 {
     loxo_generator g;
-    ply_stream s = {.ctx = ctx, .g = &g};
+    ply_stream s = {.ctx = ctx, .g = &g, .is_float = is_float};
     loxo_status status;
     if (settings == NULL || path == NULL) return loxo_fail(ctx, LOXO_ERR_ARGUMENT, "generate: NULL argument");
     if ((status = loxo_generator_make(ctx, settings, &g)) < 0) return status;

@@ -340,10 +340,12 @@ TEST(the_same_bits_for_any_number_of_threads)
 /* The file's data, byte for byte, made of the arrays. */
 static unsigned char *ply_bytes(const loxo_soup *soup, size_t *n)
 {
-    const size_t position_bytes = (size_t)soup->n_vertices * 3 * sizeof(double);
+    const void *position = soup->position != NULL ? (const void *)soup->position : soup->position_float;
+    const size_t position_bytes =
+        (size_t)soup->n_vertices * 3 * (soup->position != NULL ? sizeof(double) : sizeof(float));
     *n = position_bytes + (size_t)soup->n_faces * 13;
     unsigned char *bytes = malloc(*n), *p = bytes + position_bytes;
-    memcpy(bytes, soup->position, position_bytes);
+    memcpy(bytes, position, position_bytes);
     for (int64_t f = 0; f < soup->n_faces; ++f) {
         *p = 3;
         for (int64_t c = 0; c < 3; ++c) {
@@ -355,14 +357,15 @@ static unsigned char *ply_bytes(const loxo_soup *soup, size_t *n)
     return bytes;
 }
 
-static void check_streamed(const loxo_generate_settings *settings, const char *path)
+static void check_streamed(const loxo_generate_settings *settings, bool is_float, const char *path)
 {
-    loxo_soup soup = generate(settings);
+    loxo_soup soup;
+    CHECK_OK(loxo_generate(test_context, settings, is_float, &soup));
     size_t n = 0;
     unsigned char *wanted = ply_bytes(&soup, &n), *got = malloc(n + 1);
     int64_t n_vertices = 0, n_faces = 0;
     char line[256], counts[2][64];
-    CHECK_OK(loxo_generate_to_ply(test_context, settings, path, &n_vertices, &n_faces));
+    CHECK_OK(loxo_generate_to_ply(test_context, settings, is_float, path, &n_vertices, &n_faces));
     CHECK_EQUAL(n_vertices, soup.n_vertices);
     CHECK_EQUAL(n_faces, soup.n_faces);
     snprintf(counts[0], sizeof counts[0], "element vertex %lld\n", (long long)n_vertices);
@@ -387,11 +390,13 @@ TEST(streamed_ply_holds_the_same_bytes)
 {
     for (int s = 0; s < LOXO_N_SHAPES; ++s) {
         const loxo_generate_settings settings = settings_of((loxo_shape)s, 3000);
-        check_streamed(&settings, test_scratch("mesh.ply"));
+        check_streamed(&settings, false, test_scratch("mesh.ply"));
+        check_streamed(&settings, true, test_scratch("mesh.ply"));
     }
     if (LOXO_INDEX_MAX > 6 * 400000) { /* more than one block */
         const loxo_generate_settings settings = settings_of(LOXO_SHAPE_GRID, 300000);
-        check_streamed(&settings, test_scratch("mesh.ply"));
+        check_streamed(&settings, false, test_scratch("mesh.ply"));
+        check_streamed(&settings, true, test_scratch("mesh.ply"));
     }
 }
 
@@ -410,12 +415,13 @@ TEST(a_stopped_stream_leaves_no_file)
     const char *path = test_scratch("stopped.ply");
     loxo_soup soup;
     loxo_context_set_monitor(test_context, stop_at_once, NULL);
-    CHECK_STATUS(test_context, loxo_generate_to_ply(test_context, &settings, path, NULL, NULL), LOXO_ERR_STOPPED);
+    CHECK_STATUS(test_context, loxo_generate_to_ply(test_context, &settings, false, path, NULL, NULL),
+                 LOXO_ERR_STOPPED);
     CHECK(access(path, F_OK) != 0);
     CHECK_STATUS(test_context, loxo_generate(test_context, &settings, false, &soup), LOXO_ERR_STOPPED);
     loxo_context_set_monitor(test_context, NULL, NULL);
     CHECK_STATUS(test_context,
-                 loxo_generate_to_ply(test_context, &settings, test_scratch("no/such/folder.ply"), NULL, NULL),
+                 loxo_generate_to_ply(test_context, &settings, true, test_scratch("no/such/folder.ply"), NULL, NULL),
                  LOXO_ERR_WRITE);
 }
 
@@ -520,7 +526,7 @@ static loxo_status generate_and_drop(loxo_context *ctx, void *arg)
 {
     loxo_soup soup;
     loxo_status status = loxo_generate(ctx, arg, false, &soup);
-    if (status >= 0) status = loxo_generate_to_ply(ctx, arg, test_scratch("failing.ply"), NULL, NULL);
+    if (status >= 0) status = loxo_generate_to_ply(ctx, arg, true, test_scratch("failing.ply"), NULL, NULL);
     loxo_release(ctx, soup.position);
     loxo_release(ctx, soup.triangle);
     return status;
