@@ -26,10 +26,13 @@ typedef struct inner_sum {
  * omega < 2 / (1 + crossing) makes it by diagonal dominance, whatever the signs of the weights. */
 static double relaxation(double gain, double area, double diagonal, double crossing)
 {
-    const double jacobi = fmin(fmax(1.0 - area / diagonal, 0.0), 0.9999);
+    const double dominance = 1.0 - area / diagonal, jacobi = dominance < 0.0      ? 0.0
+                                                             : dominance > 0.9999 ? 0.9999
+                                                                                  : dominance;
     const double optimum = 2.0 / (1.0 + sqrt(1.0 - jacobi * jacobi)), stable = 1.0 + SHARE_OF_GAIN * (gain - 1.0);
     const double split = crossing > 0.0 ? SAFETY_OF_SPLITTING * 2.0 / (1.0 + crossing) : 2.0;
-    return fmin(split, stable < optimum ? stable : optimum);
+    const double omega = stable < optimum ? stable : optimum;
+    return omega < split ? omega : split;
 }
 
 static float scaled(float coefficient, int64_t octaves)
@@ -146,13 +149,22 @@ static void find_reach(loxo_geodesic *g, int64_t level, int64_t begin, int64_t e
 {
     const int64_t level_begin = g->level_begin[level], level_end = g->level_begin[level + 1];
     const int64_t base[3] = {level > 0 ? g->level_begin[level - 1] : 0, level_begin, level_end};
-    loxo_index first[3] = {LOXO_INDEX_MAX, LOXO_INDEX_MAX, LOXO_INDEX_MAX}, last[3] = {-1, -1, -1};
+    int64_t inner_first = INT64_MAX, inner_last = -1, own_first = begin, own_last = end - 1, outer_first = INT64_MAX,
+            outer_last = -1;
     for (uint32_t k = g->row[begin].begin; k < g->row[end].begin; ++k) {
-        const loxo_index q = (loxo_index)(g->entry[k].slot >> 1);
-        const int side = q < level_begin ? 0 : q < level_end ? 1 : 2;
-        first[side] = q < first[side] ? q : first[side];
-        last[side] = q > last[side] ? q : last[side];
+        const int64_t q = g->entry[k].slot >> 1;
+        if (q < level_begin) {
+            inner_first = q < inner_first ? q : inner_first;
+            inner_last = q > inner_last ? q : inner_last;
+        } else if (q >= level_end) {
+            outer_first = q < outer_first ? q : outer_first;
+            outer_last = q > outer_last ? q : outer_last;
+        } else {
+            own_first = q < own_first ? q : own_first;
+            own_last = q > own_last ? q : own_last;
+        }
     }
+    const int64_t first[3] = {inner_first, own_first, outer_first}, last[3] = {inner_last, own_last, outer_last};
     block_reach *reach = &g->reach[geodesic_block(g, level, (begin - level_begin) / BLOCK_ROWS)];
     for (int side = 0; side < 3; ++side) {
         const bool is_none = last[side] < 0;
