@@ -114,6 +114,7 @@ loxo_status geodesic_check(loxo_geodesic *g, loxo_geodesic_info *info)
     if ((status = loxo_sum(g->ctx, g->n_reached, 2, partial_distance, g, n_bad)) < 0) return status;
 
     double farthest = 0.0;
+#pragma omp parallel for num_threads(loxo_threads_for(g->ctx, g->n_reached, 1.0)) reduction(max : farthest)
     for (int64_t p = 0; p < g->n_reached; ++p)
         if (g->value[2 * p + 1] > farthest) farthest = g->value[2 * p + 1];
     info->distance_max = farthest;

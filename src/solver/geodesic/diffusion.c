@@ -271,10 +271,11 @@ static bool march_poll(void *arg)
     return loxo_progress_tell(s->g->ctx, &p, false);
 }
 
-static int64_t count_nonpositive(const loxo_geodesic *g, int64_t begin, int64_t end)
+static int64_t count_nonpositive(const loxo_geodesic *g)
 {
     int64_t n = 0;
-    for (int64_t p = begin; p < end; ++p)
+#pragma omp parallel for num_threads(loxo_threads_for(g->ctx, g->n_reached, 1.0)) reduction(+ : n)
+    for (int64_t p = 0; p < g->n_reached; ++p)
         n += !(g->value[2 * p] > 0.0);
     return n;
 }
@@ -324,7 +325,7 @@ loxo_status geodesic_march(loxo_geodesic *g, diffusion_result *result)
     result->stopped = is_stopped;
     if (!is_stopped) geodesic_settle(g, s->tolerance, result);
     result->change *= directions;
-    result->n_nonpositive = count_nonpositive(g, 0, g->n_reached);
+    result->n_nonpositive = count_nonpositive(g);
     loxo_release(g->ctx, s);
     return LOXO_OK;
 }
@@ -408,7 +409,7 @@ loxo_status geodesic_sweep(loxo_geodesic *g, diffusion_result *result)
         g->value[(2 * p + 1) ^ parity] = g->value[(2 * p) ^ parity];
     *result = (diffusion_result){.n_updates = n_done * g->n_reached,
                                  .max_window = g->n_levels,
-                                 .n_nonpositive = count_nonpositive(g, 0, g->n_reached),
+                                 .n_nonpositive = count_nonpositive(g),
                                  .change = NAN,
                                  .stopped = is_stopped};
     return LOXO_OK;

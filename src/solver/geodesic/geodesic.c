@@ -337,6 +337,15 @@ static loxo_status judge(loxo_geodesic *g, const diffusion_result *diffusion, co
     return LOXO_OK;
 }
 
+static int64_t count_infinite(loxo_context *ctx, const double *distance, int64_t n)
+{
+    int64_t n_infinite = 0;
+#pragma omp parallel for num_threads(loxo_threads_for(ctx, n, 0.5)) reduction(+ : n_infinite)
+    for (int64_t v = 0; v < n; ++v)
+        n_infinite += isfinite(distance[v]) ? 0 : 1;
+    return n_infinite;
+}
+
 static loxo_status solve(loxo_geodesic *g, const loxo_index *sources, int64_t n_sources, const double *heat_value,
                          const int32_t *heat_scale, double *distance, loxo_geodesic_info *info)
 {
@@ -375,8 +384,7 @@ static loxo_status solve(loxo_geodesic *g, const loxo_index *sources, int64_t n_
     if (heat_value == NULL && info->n_negative > 0) info->check_passed = false; /* a given heat may point anywhere */
     geodesic_clock(g, LOXO_GEODESIC_PHASE_CHECK, info);
     loxo_mesh_scatter_to_caller(g->mesh, g->distance, distance);
-    for (int64_t v = 0; v < loxo_mesh_n_vertices(g->mesh); ++v)
-        info->n_unreached += isfinite(distance[v]) ? 0 : 1;
+    info->n_unreached = count_infinite(g->ctx, distance, loxo_mesh_n_vertices(g->mesh));
     geodesic_clock(g, LOXO_GEODESIC_PHASE_INTEGRATE, info);
 
     info->n_evaluations = diffusion.n_updates;
