@@ -83,14 +83,18 @@ void geodesic_settle(loxo_geodesic *g, double tolerance, diffusion_result *resul
             break;
         }
     }
-    if (n_updates > 0) {
-#pragma omp parallel for num_threads(loxo_threads_for(g->ctx, g->n_reached, 1.0))
-        for (int64_t p = 0; p < g->n_reached; ++p)
-            g->value[2 * p + 1] =
-                g->value[2 * p]; /* what the march said of the levels that it gave up does not hold any more */
-        result->change = 0.0;
-        for (int64_t c = 0; c < n_cells; ++c)
-            result->change = fmax(result->change, cell_change(g, c));
+    if (n_updates > 0) { /* what the march said of the levels that it gave up does not hold any more */
+        double change = 0.0;
+#pragma omp parallel num_threads(loxo_threads_for(g->ctx, g->n_reached, 8.0))
+        {
+#pragma omp for
+            for (int64_t p = 0; p < g->n_reached; ++p)
+                g->value[2 * p + 1] = g->value[2 * p];
+#pragma omp for reduction(max : change)
+            for (int64_t c = 0; c < n_cells; ++c)
+                change = fmax(change, cell_change(g, c));
+        }
+        result->change = change;
     }
     result->n_updates += n_updates;
     if (n_awake > 0 && !result->stopped) result->n_unsettled = n_awake;
