@@ -170,27 +170,16 @@ TEST(faces_without_area_among_good_ones)
     static const loxo_index triangle[] = {0, 1, 2, 2, 1, 3, 0, 2, 4};
     static const double expected[] = {0, 0.7071, 0.7071, 1.4142, 0.3536}; /* as if it were not there */
     check_small("flat face", 5, position, 3, triangle, expected, 1e-3);
+    /* Two of them, so that one has only the other as a neighbour. */
+    static const double more[] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0, 0, 0.5, 0, 0, 0.25, 0};
+    static const double at[] = {0, 0.7071, 0.7071, 1.4142, 0.3536, 0.1768};
+    check_small("flat faces", 6, more, 4, (const loxo_index[]){0, 1, 2, 2, 1, 3, 0, 2, 4, 0, 4, 5}, at, 1e-3);
     /* Two vertices at one place. */
     static const double twice[] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0, 0, 1, 0};
     check_small("double vertex", 5, twice, 3, (const loxo_index[]){0, 1, 2, 4, 2, 1, 4, 1, 3}, NULL, 0.0);
     /* A source of flat faces alone. */
     static const double line[] = {0, 0, 0, 1, 0, 0, 2, 0, 0, 1, 1, 0};
     check_small("flat source", 4, line, 2, (const loxo_index[]){0, 1, 2, 2, 1, 3}, NULL, 0.0);
-}
-
-/* Two of them, so that one has only the other as a neighbour; edge-based. */
-TEST(a_row_of_faces_without_area)
-{
-    static const double position[] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0, 0, 0.5, 0, 0, 0.25, 0};
-    static const double expected[] = {0, 0.7071, 0.7071, 1.4142, 0.3536, 0.1768};
-    static const loxo_index triangle[] = {0, 1, 2, 2, 1, 3, 0, 2, 4, 0, 4, 5};
-    surface s = surface_small(test_context, 6, position, 4, triangle);
-    const loxo_geodesic_settings settings = unjudged_settings(LOXO_GEODESIC_EDGE);
-    double distance[6];
-    CHECK_OK(loxo_geodesic_distance(test_context, s.mesh, &settings, (const loxo_index[]){0}, 1, distance, NULL));
-    for (int v = 0; v < 6; ++v)
-        CHECK_NEAR(distance[v], expected[v], 1e-3);
-    surface_destroy(&s);
 }
 
 TEST(degenerate_face_and_a_good_one)

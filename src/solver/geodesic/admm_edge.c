@@ -191,7 +191,7 @@ loxo_status geodesic_recover_edge(loxo_geodesic *g, const loxo_chains *chains, l
         const loxo_range r = loxo_thread_range(n_faces);
         g->kernels->face_differences(&g->m, g->vertex_value, g->vertex_scale, r.begin, r.end, g->difference);
     }
-    if ((status = geodesic_fill_flat_faces(g)) < 0) return status;
+    if ((status = geodesic_fill_flat_faces(g, g->difference)) < 0) return status;
     if ((status = loxo_sum(g->ctx, n_faces, 1, close_faces, g, &disagreement)) < 0) return status;
     if (chains->n_chains > 0) {
         if ((status = special_edges_create(g->ctx, &g->m, chains, &s)) < 0) return status;

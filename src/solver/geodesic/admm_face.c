@@ -234,6 +234,7 @@ loxo_status geodesic_recover_face(loxo_geodesic *g, const loxo_chains *chains, l
         g->kernels->face_targets(&g->m, g->vertex_value, g->vertex_scale, r.begin, r.end, g->face_area, g->side_square,
                                  g->target, g->push[0]);
     }
+    if ((status = geodesic_fill_flat_faces(g, g->push[0])) < 0) return status;
     if (chains->n_chains > 0 && (status = face_chains_create(g, chains, &s)) < 0) return status;
     geodesic_clock(g, LOXO_GEODESIC_PHASE_GRADIENT, info);
 

@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: MIT
- * Faces without a direction, in the edge-based recovery: those without area, or with the same heat at all corners. A
- * difference of zero along their edges would be a target like any other and pull the distance towards a constant; they
- * take over what their neighbours want instead. */
+ * Faces without a direction: those without area, or with the same heat at all corners. A difference of zero along their
+ * edges would be a target like any other and pull the distance towards a constant; they take over what their neighbours
+ * want instead. */
 #include "par/range.h"
 #include "solver/geodesic/geodesic_internal.h"
 
-static bool is_flat(const loxo_geodesic *g, int64_t f)
+static bool is_flat(const double *difference, int64_t f)
 {
-    const double *d = &g->difference[3 * f];
+    const double *d = &difference[3 * f];
     return d[0] == 0.0 && d[1] == 0.0 && d[2] == 0.0;
 }
 
@@ -19,14 +19,14 @@ static bool is_reached(const loxo_geodesic *g, int64_t f)
 
 /* Edges to faces with a direction get the difference that these want. The others share, by their length, what closes the
  * face. */
-static void fill(const loxo_geodesic *g, int64_t f)
+static void fill(const loxo_geodesic *g, double *difference, int64_t f)
 {
-    double *d = &g->difference[3 * f], known = 0.0, length[3], unknown_length = 0.0;
+    double *d = &difference[3 * f], known = 0.0, length[3], unknown_length = 0.0;
     for (int c = 0; c < 3; ++c) {
         const loxo_index h = (loxo_index)(3 * f + c), t = g->m.halfedge_twin[h];
         length[c] = 0.0;
-        if (t >= 0 && !is_flat(g, k_face_of(t))) {
-            d[c] = -g->difference[t];
+        if (t >= 0 && !is_flat(difference, k_face_of(t))) {
+            d[c] = -difference[t];
             known += d[c];
         } else {
             const loxo_vec3 a = k_position(&g->m, g->m.halfedge_vertex[h]), b = k_position(&g->m, k_head(&g->m, h));
@@ -40,19 +40,26 @@ static void fill(const loxo_geodesic *g, int64_t f)
 
 static void partial_flat(int64_t begin, int64_t end, const void *arg, double *sums)
 {
+    const double *difference = arg;
     for (int64_t f = begin; f < end; ++f)
-        sums[0] += is_flat(arg, f) ? 1.0 : 0.0;
+        sums[0] += is_flat(difference, f) ? 1.0 : 0.0;
 }
 
-loxo_status geodesic_fill_flat_faces(loxo_geodesic *g)
+loxo_status geodesic_fill_flat_faces(loxo_geodesic *g, double *difference)
 {
     double n_flat = 0.0;
-    const loxo_status status = loxo_sum(g->ctx, g->m.n_faces, 1, partial_flat, g, &n_flat);
+    const loxo_status status = loxo_sum(g->ctx, g->m.n_faces, 1, partial_flat, difference, &n_flat);
     if (status < 0) return status;
     for (int64_t f = 0; f < g->m.n_faces && n_flat > 0.0; ++f) { /* one after the other: a row of them is filled, too */
-        if (!is_flat(g, f)) continue;
-        if (is_reached(g, f)) fill(g, f);
+        if (!is_flat(difference, f)) continue;
         n_flat -= 1.0;
+        if (!is_reached(g, f)) continue;
+        double *d = &difference[3 * f];
+        fill(g, difference, f);
+        if (g->settings.method == LOXO_GEODESIC_EDGE) continue;
+        d[2] = -(d[0] + d[1]); /* a gradient */
+        g->target[f][0] = d[0];
+        g->target[f][1] = d[1];
     }
     return LOXO_OK;
 }

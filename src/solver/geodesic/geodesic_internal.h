@@ -127,8 +127,9 @@ loxo_status geodesic_find_chains(loxo_geodesic *g, int64_t n_sources, loxo_chain
 loxo_status geodesic_recover_edge(loxo_geodesic *g, const loxo_chains *chains, loxo_geodesic_info *info);
 loxo_status geodesic_recover_face(loxo_geodesic *g, const loxo_chains *chains, loxo_geodesic_info *info);
 
-/* flat_faces.c: differences for faces that have no direction. LOXO_OK, LOXO_ERR_MEMORY. */
-loxo_status geodesic_fill_flat_faces(loxo_geodesic *g);
+/* flat_faces.c: differences along the three half-edges of each face that has no direction, in place, and of the
+ * face-based method targets. LOXO_OK, LOXO_ERR_MEMORY. */
+loxo_status geodesic_fill_flat_faces(loxo_geodesic *g, double *difference);
 
 /* From value and scale, at places, to vertex_value and vertex_scale. */
 void geodesic_heat_to_vertices(loxo_geodesic *g);
