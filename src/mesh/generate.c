@@ -68,10 +68,10 @@ static const shape_row shapes[LOXO_N_SHAPES] = {
                             50,
                             {LENGTH("inner radius", 0.5), LENGTH("outer radius", 1.0)}},
     [LOXO_SHAPE_BRAIN] = {"brain",
-                          "folded sphere, seeded (params: depth of the furrows 0.25, wave number 14)",
+                          "folded sphere, seeded (params: depth of the furrows 0.035, wave number 14)",
                           loxo_make_icosphere,
                           500,
-                          {{"depth of the furrows", 0.25, 0, 0.9, false}, {"wave number", 14, 0, 1e4, false}}},
+                          {{"depth of the furrows", 0.035, 0, 0.9, false}, {"wave number", 14, 0, 1e4, false}}},
 };
 
 loxo_generate_settings loxo_generate_settings_default(void)

@@ -281,6 +281,60 @@ TEST(an_answer_that_breaks_its_check_is_not_silent)
     surface_destroy(&s);
 }
 
+/* Each of the two thresholds by itself, right below and right above what was found. */
+TEST(each_threshold_of_the_check_is_looked_at)
+{
+    surface s = surface_make(test_context, LOXO_SHAPE_NOISY, 642, NAN);
+    double *distance = surface_numbers(&s);
+    for (int method = 0; method < 2; ++method) {
+        const loxo_index source = 3;
+        loxo_geodesic_settings settings = unjudged_settings((loxo_geodesic_method)method);
+        loxo_geodesic_info found, info;
+        CHECK_OK(loxo_geodesic_distance(test_context, s.mesh, &settings, &source, 1, distance, &found));
+        CHECK(found.gradient_share > 0.0 && found.gradient_share < 1.0 && found.breach_percentile_99 > 0.0);
+        for (int i = 0; i < 4; ++i) {
+            const double factor = i % 2 == 0 ? 0.999 : 1.001;
+            settings = unjudged_settings((loxo_geodesic_method)method);
+            if (i < 2)
+                settings.check_gradient_share = factor * found.gradient_share;
+            else
+                settings.check_breach = factor * found.breach_percentile_99;
+            CHECK_STATUS(test_context,
+                         loxo_geodesic_distance(test_context, s.mesh, &settings, &source, 1, distance, &info),
+                         i % 2 == 0 ? LOXO_CHECK_FAILED : LOXO_OK);
+            CHECK_EQUAL(info.check_passed, i % 2 == 1);
+            CHECK_EQUAL(info.gradient_share, found.gradient_share);
+            CHECK_EQUAL(info.breach_percentile_99, found.breach_percentile_99);
+        }
+    }
+    loxo_release(test_context, distance);
+    surface_destroy(&s);
+}
+
+/* What is meant to be solved as it comes passes as it comes. */
+TEST(generated_shapes_pass_their_check_by_default)
+{
+    static const loxo_shape shapes[] = {LOXO_SHAPE_ICOSPHERE, LOXO_SHAPE_ELLIPSOID, LOXO_SHAPE_TORUS, LOXO_SHAPE_GENUS,
+                                        LOXO_SHAPE_BUMPY,     LOXO_SHAPE_NOISY,     LOXO_SHAPE_DISK,  LOXO_SHAPE_BRAIN};
+    NEEDS_IDS(6 * 5000);
+    for (size_t i = 0; i < sizeof shapes / sizeof *shapes; ++i) {
+        surface s = surface_make(test_context, shapes[i], 5000, NAN);
+        double *distance = surface_numbers(&s);
+        for (int method = 0; method < 2; ++method) {
+            const loxo_geodesic_settings settings = settings_of(method);
+            for (loxo_index source = 0; source < 4000; source += 1777) {
+                const loxo_status status =
+                    loxo_geodesic_distance(test_context, s.mesh, &settings, &source, 1, distance, NULL);
+                if (status != LOXO_OK)
+                    print_error("%s, %s, from %d:\n", loxo_shape_name(shapes[i]), method_names[method], (int)source);
+                CHECK_OK(status);
+            }
+        }
+        loxo_release(test_context, distance);
+        surface_destroy(&s);
+    }
+}
+
 TEST(no_iterations_give_the_directions_as_they_are)
 {
     surface s = surface_make(test_context, LOXO_SHAPE_ICOSPHERE, 642, NAN);
