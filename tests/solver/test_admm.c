@@ -179,6 +179,6 @@ TEST(optimal_on_a_surface_of_genus_ten)
     surface s = surface_make(test_context, LOXO_SHAPE_GENUS, 600, 10);
     CHECK_EQUAL(loxo_mesh_get_view(s.mesh).genus, 10);
     for (int method = 0; method < 2; ++method)
-        check_optimal(&s, (loxo_geodesic_method)method, 30.0, 20000, one, 1, 20, 1e-8);
+        check_optimal(&s, (loxo_geodesic_method)method, 100.0, 10000, one, 1, 20, 1e-8);
     surface_destroy(&s);
 }
