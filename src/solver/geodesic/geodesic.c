@@ -465,10 +465,11 @@ loxo_status loxo_geodesic_distance(loxo_context *ctx, const loxo_mesh *mesh, con
 loxo_status loxo_geodesic_estimate(loxo_context *ctx, int64_t n_vertices, int64_t n_faces,
                                    const loxo_geodesic_settings *settings, size_t *workspace_bytes, double *solve_s)
 {
-    /* Nanoseconds a vertex, edge- and face-based. Measured at 1M vertices in local order, one thread of an AMD EPYC with
-     * AVX-512, a source that lies on no symmetry, best of five: icosphere 534 and 736, bumpy sphere 641 and 808, folded
-     * brain 584 and 762. A source on a symmetry of the icosphere: 396 and 630. Two threads take about 0.6 of it. */
-    static const double ns[] = {600.0, 770.0};
+    /* Nanoseconds a vertex, edge- and face-based. Measured at 1M vertices in local order, processor time of one thread
+     * of an AMD EPYC with AVX-512, a source that lies on no symmetry, best of eight: icosphere 410 and 480, bumpy sphere
+     * 450 and 550, folded brain 450 and 550. A source on a symmetry of the icosphere: 320 and 420. Two threads take about
+     * 0.6 of it. */
+    static const double ns[] = {440.0, 530.0};
     loxo_geodesic g = {.ctx = ctx};
     g.settings = settings != NULL ? *settings : loxo_geodesic_settings_default();
     if (ctx == NULL) return LOXO_ERR_ARGUMENT;
