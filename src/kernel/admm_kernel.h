@@ -45,7 +45,15 @@ static inline void k_admm_edge(const loxo_mesh_view *m, double theta, int64_t be
     const loxo_index *restrict twin = m->halfedge_twin;
     for (int64_t line = begin; line < end; line += 8) {
         const int64_t line_end = line + 8 < end ? line + 8 : end;
-        if (line + K_AHEAD < m->n_faces) __builtin_prefetch(&potential[line + K_AHEAD], 0, 2);
+        if (line + K_AHEAD < m->n_faces) {
+            const loxo_index *next_twin = &twin[3 * (line + K_NEXT)];
+            __builtin_prefetch(&potential[line + K_AHEAD], 0, 2);
+            __builtin_prefetch(next_twin, 0, 2);
+            __builtin_prefetch(next_twin + 12, 0, 2);
+            __builtin_prefetch(&closure[line + K_NEXT], 0, 2);
+            __builtin_prefetch(&a[line + K_NEXT], 1, 2);
+            __builtin_prefetch(&potential_next[line + K_NEXT], 1, 2);
+        }
         for (int64_t f = line; f < line_end; ++f) {
             const double own = potential[f];
             const double c = closure[f] + k_potential_closure(&twin[3 * f], own, potential);

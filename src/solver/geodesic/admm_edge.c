@@ -3,12 +3,11 @@
  * and closed around every face. State and iteration: kernel/admm_kernel.h. */
 #include "kernel/admm_kernel.h"
 #include "par/range.h"
+#include "solver/geodesic/admm.h"
 #include "solver/geodesic/chains.h"
 #include "solver/geodesic/tree.h"
 
 #include <string.h>
-
-#define CHECK_EVERY 10 /* iterations between tests for stopping: a test costs nearly half an iteration */
 
 /* hbar along half-edge h: mean of the targets of its two sides. */
 static double average_of(const loxo_geodesic *g, loxo_index h)
@@ -56,36 +55,69 @@ static void close_faces(int64_t begin, int64_t end, const void *arg, double *sum
     keep_tree_averages(g, geodesic_vertices_before(g, begin), geodesic_vertices_before(g, end));
 }
 
+typedef struct edge_problem {
+    loxo_geodesic *g;
+    const loxo_chains *chains;
+    special_edges s;
+    double theta;
+} edge_problem;
+
+/* From p = 0 and a = -closure the first iteration looks at no neighbour. */
+static void iterate_first(const edge_problem *e, int64_t begin, int64_t end)
+{
+    const loxo_geodesic *g = e->g;
+    for (int64_t f = begin; f < end; ++f) {
+        g->multiplier[f] = 0.0;
+        g->potential[0][f] = 0.0;
+        g->potential[1][f] = e->theta * (0.0 - g->closure[f] * (1.0 / 3.0));
+    }
+}
+
+static void iterate(void *arg, int64_t begin, int64_t end, int64_t from)
+{
+    const edge_problem *e = arg;
+    const loxo_geodesic *g = e->g;
+    if (from == 0)
+        iterate_first(e, begin, end);
+    else
+        g->kernels->admm_edge(&g->m, e->theta, begin, end, g->closure, g->multiplier, g->potential[from & 1],
+                              g->potential[1 - (from & 1)]);
+}
+
 typedef struct residual_arg {
     const loxo_geodesic *g;
     const double *now, *before;
 } residual_arg;
 
+/* sums: squared distance of the faces' three differences from closed triples, squared steps, squared d of the edges. An
+ * edge counts half on each side; at a boundary its only side wants half of it, (20). */
 static void partial_residuals(int64_t begin, int64_t end, const void *arg, double *sums)
 {
     const residual_arg *a = arg;
     const loxo_index *twin = a->g->m.halfedge_twin;
     for (int64_t f = begin; f < end; ++f) {
-        if ((f & 7) == 0 && f + K_AHEAD < a->g->m.n_faces) __builtin_prefetch(&a->now[f + K_AHEAD], 0, 2);
         const double own = a->now[f], step = own - a->before[f];
-        const double c = a->g->closure[f] + k_potential_closure(&twin[3 * f], own, a->now);
-        sums[0] += c * c / 3.0; /* squared distance of the face's three differences from the closed triples */
-        sums[1] += 3.0 * step * step;
+        double around = 0.0, square = 0.0;
+        if ((f & 7) == 0 && f + K_AHEAD < a->g->m.n_faces) __builtin_prefetch(&a->now[f + K_AHEAD], 0, 2);
         for (int k = 0; k < 3; ++k) {
-            const loxo_index h = (loxo_index)(3 * f + k);
-            if (twin[h] > h || twin[h] < 0) {
-                const double x = from_potential(a->g, h, a->now);
-                sums[2] += twin[h] < 0 ? 0.5 * x * x : x * x;
-            }
+            const loxo_index t = twin[3 * f + k];
+            const double d = 0.5 * (own - (t < 0 ? -own : a->now[k_face_of(t)]));
+            around += d;
+            square += d * d;
         }
+        const double c = a->g->closure[f] + around;
+        sums[0] += c * c / 3.0;
+        sums[1] += 3.0 * step * step;
+        sums[2] += 0.5 * square;
     }
 }
 
-static loxo_status find_residuals(const loxo_geodesic *g, int now, loxo_geodesic_info *info)
+static loxo_status find_residuals(void *arg, int64_t number, loxo_geodesic_info *info)
 {
-    const residual_arg arg = {g, g->potential[now], g->potential[1 - now]};
+    const loxo_geodesic *g = ((const edge_problem *)arg)->g;
+    const residual_arg both = {g, g->potential[number & 1], g->potential[1 - (number & 1)]};
     double sums[3];
-    const loxo_status status = loxo_sum(g->ctx, g->m.n_faces, 3, partial_residuals, &arg, sums);
+    const loxo_status status = loxo_sum(g->ctx, g->m.n_faces, 3, partial_residuals, &both, sums);
     const double scale = sqrt(3.0 * (double)g->m.n_faces) * g->mean_edge_length;
     if (status < 0) return status;
     info->residual = sqrt(sums[0]) / scale;
@@ -115,9 +147,14 @@ static double chain_sum(const loxo_geodesic *g, const loxo_chains *chains, const
 }
 
 /* (22) with the copies of the chains on top of those of the faces; a face's -r / 3 is read off its potentials. */
-static void update_chains(loxo_geodesic *g, const loxo_chains *chains, special_edges *s, double theta, int now)
+static void update_chains(void *arg, int64_t number)
 {
-    const double mu = g->settings.penalty, *next = g->potential[now], *old = g->potential[1 - now];
+    edge_problem *problem = arg;
+    loxo_geodesic *g = problem->g;
+    const loxo_chains *chains = problem->chains;
+    special_edges *s = &problem->s;
+    const double mu = g->settings.penalty, theta = problem->theta;
+    const double *next = g->potential[number & 1], *old = g->potential[1 - (number & 1)];
     for (int64_t i = 0; i < s->n; ++i)
         s->edge[i].pull = 0.0;
     for (int64_t c = 0; c < chains->n_chains; ++c) {
@@ -176,64 +213,49 @@ static double worst_chain(const loxo_geodesic *g, const loxo_chains *chains, con
     return worst;
 }
 
-loxo_status geodesic_recover_edge(loxo_geodesic *g, const loxo_chains *chains, loxo_geodesic_info *info)
+/* Differences and what is taken from them. */
+static loxo_status make_targets(edge_problem *e, double *disagreement)
 {
+    loxo_geodesic *g = e->g;
     const int64_t n_faces = g->m.n_faces;
-    const double mu = g->settings.penalty, theta = mu / (1.0 + mu);
-    double disagreement = 0.0;
-    special_edges s = {0};
     loxo_status status = LOXO_OK;
-    int now = 0;
-
     geodesic_heat_to_vertices(g);
-#pragma omp parallel num_threads(loxo_threads_for(g->ctx, n_faces, 15.0))
+#pragma omp parallel num_threads(loxo_threads_for(g->ctx, n_faces, 8.0))
     {
         const loxo_range r = loxo_thread_range(n_faces);
         g->kernels->face_differences(&g->m, g->vertex_value, g->vertex_scale, r.begin, r.end, g->difference);
     }
     if ((status = geodesic_fill_flat_faces(g, g->difference)) < 0) return status;
-    if ((status = loxo_sum(g->ctx, n_faces, 1, close_faces, g, &disagreement)) < 0) return status;
-    if (chains->n_chains > 0) {
-        if ((status = special_edges_create(g->ctx, &g->m, chains, &s)) < 0) return status;
-        start_chains(g, chains, &s);
-    }
-#pragma omp parallel num_threads(loxo_threads_for(g->ctx, n_faces, 2.0))
-    {
-        const loxo_range r = loxo_thread_range(n_faces);
-        for (int64_t f = r.begin; f < r.end; ++f) {
-            g->multiplier[f] = -g->closure[f];
-            g->potential[0][f] = 0.0;
-            g->potential[1][f] = 0.0;
-        }
-    }
+    if ((status = loxo_sum(g->ctx, n_faces, 1, close_faces, g, disagreement)) < 0) return status;
+    if (e->chains->n_chains == 0) return LOXO_OK;
+    if ((status = special_edges_create(g->ctx, &g->m, e->chains, &e->s)) < 0) return status;
+    start_chains(g, e->chains, &e->s);
+    return LOXO_OK;
+}
+
+loxo_status geodesic_recover_edge(loxo_geodesic *g, const loxo_chains *chains, loxo_geodesic_info *info)
+{
+    const double mu = g->settings.penalty;
+    edge_problem e = {.g = g, .chains = chains, .theta = mu / (1.0 + mu)};
+    double disagreement = 0.0;
+    loxo_status status = make_targets(&e, &disagreement);
+    if (status < 0) return status;
     geodesic_clock(g, LOXO_GEODESIC_PHASE_GRADIENT, info);
 
-    info->stop_reason = LOXO_STOP_MAX_ITERATIONS;
-    int64_t iteration = 0;
-    while (iteration < g->settings.n_iterations && info->stop_reason == LOXO_STOP_MAX_ITERATIONS) {
-#pragma omp parallel num_threads(loxo_threads_for(g->ctx, n_faces, 2.5))
-        {
-            const loxo_range r = loxo_thread_range(n_faces);
-            g->kernels->admm_edge(&g->m, theta, r.begin, r.end, g->closure, g->multiplier, g->potential[now],
-                                  g->potential[1 - now]);
-        }
-        now = 1 - now;
-        if (s.n > 0) update_chains(g, chains, &s, theta, now);
-        ++iteration;
-        if (iteration % CHECK_EVERY == 0 || iteration == g->settings.n_iterations) {
-            if ((status = find_residuals(g, now, info)) < 0) goto done;
-            if (info->residual <= g->settings.primal_tolerance && info->dual_residual <= g->settings.dual_tolerance)
-                info->stop_reason = LOXO_STOP_TOLERANCE;
-        }
-        if (geodesic_tell_iteration(g, iteration, info)) info->stop_reason = LOXO_STOP_MONITOR;
+    const admm_problem problem = {.g = g,
+                                  .arg = &e,
+                                  .face_ns = 2.0,
+                                  .iterate = iterate,
+                                  .after = e.s.n > 0 ? update_chains : NULL,
+                                  .test = find_residuals};
+    if (g->settings.n_iterations == 0) memset(g->potential[0], 0, (size_t)g->m.n_faces * sizeof *g->potential[0]);
+    status = geodesic_iterate(&problem, info);
+    if (status >= 0) {
+        info->objective += disagreement;
+        info->constraint_residual = worst_chain(g, chains, &e.s);
+        finish_tree(g, &e.s, g->potential[info->n_iterations & 1]);
+        geodesic_clock(g, LOXO_GEODESIC_PHASE_ADMM, info);
     }
-    if (info->stop_reason == LOXO_STOP_MONITOR && (status = find_residuals(g, now, info)) < 0) goto done;
-    info->n_iterations = iteration;
-    info->objective += disagreement;
-    info->constraint_residual = worst_chain(g, chains, &s);
-    finish_tree(g, &s, g->potential[now]);
-    geodesic_clock(g, LOXO_GEODESIC_PHASE_ADMM, info);
-done:
-    special_edges_destroy(g->ctx, &s);
+    special_edges_destroy(g->ctx, &e.s);
     return status;
 }

@@ -5,10 +5,11 @@
 #include "kernel/admm_kernel.h"
 #include "kernel/descent_kernel.h"
 #include "par/range.h"
+#include "solver/geodesic/admm.h"
 #include "solver/geodesic/chains.h"
 #include "solver/geodesic/tree.h"
 
-#define CHECK_EVERY 10
+#include <string.h>
 
 static loxo_vec3 halfedge_vector(const loxo_geodesic *g, loxo_index h)
 {
@@ -65,18 +66,6 @@ static void partial_residuals(int64_t begin, int64_t end, const void *arg, doubl
     }
 }
 
-static loxo_status find_residuals(const loxo_geodesic *g, int now, loxo_geodesic_info *info)
-{
-    const residual_arg arg = {g, (const double(*)[2])g->face_gradient, g->push[now], g->push[1 - now]};
-    double sums[4];
-    const loxo_status status = loxo_sum(g->ctx, g->m.n_faces, 4, partial_residuals, &arg, sums);
-    if (status < 0) return status;
-    info->residual = sums[1] > 0.0 ? sqrt(sums[0] / sums[1]) : 0.0;
-    info->dual_residual = sums[1] > 0.0 ? g->settings.penalty * sqrt(sums[2] / sums[1]) : 0.0;
-    info->objective = sums[3];
-    return LOXO_OK;
-}
-
 /* An element of a chain acts on the gradient of one face beside it, along the edge walked. */
 typedef struct face_chains {
     double *a;        /* [n_chains] */
@@ -87,6 +76,39 @@ typedef struct face_chains {
     double (*pull)[2];   /* [n] */
     int64_t n;
 } face_chains;
+
+typedef struct face_problem {
+    loxo_geodesic *g;
+    const loxo_chains *chains;
+    face_chains s;
+} face_problem;
+
+/* Iterate 0 is the target itself. */
+static const double (*iterate_of(const loxo_geodesic *g, int64_t number))[2]
+{
+    return number == 0 ? (const double(*)[2])g->target : (const double(*)[2])g->face_gradient;
+}
+
+static void iterate(void *arg, int64_t begin, int64_t end, int64_t from)
+{
+    const loxo_geodesic *g = ((const face_problem *)arg)->g;
+    g->kernels->admm_face(&g->m, g->settings.penalty, begin, end, g->face_area, (const double(*)[3])g->side_square,
+                          (const double(*)[2])g->target, iterate_of(g, from), g->face_gradient, g->push[from & 1],
+                          g->push[1 - (from & 1)]);
+}
+
+static loxo_status find_residuals(void *arg, int64_t number, loxo_geodesic_info *info)
+{
+    const loxo_geodesic *g = ((const face_problem *)arg)->g;
+    const residual_arg both = {g, (const double(*)[2])g->face_gradient, g->push[number & 1], g->push[1 - (number & 1)]};
+    double sums[4];
+    const loxo_status status = loxo_sum(g->ctx, g->m.n_faces, 4, partial_residuals, &both, sums);
+    if (status < 0) return status;
+    info->residual = sums[1] > 0.0 ? sqrt(sums[0] / sums[1]) : 0.0;
+    info->dual_residual = sums[1] > 0.0 ? g->settings.penalty * sqrt(sums[2] / sums[1]) : 0.0;
+    info->objective = sums[3];
+    return LOXO_OK;
+}
 
 static void face_chains_destroy(loxo_context *ctx, face_chains *s)
 {
@@ -147,9 +169,14 @@ static double chain_sum(const loxo_chains *chains, int64_t c, const double (*gra
 }
 
 /* Before an iteration: what the chains' copies pull at the gradients. */
-static void pull_chains(const loxo_geodesic *g, const loxo_chains *chains, face_chains *s, bool is_first,
-                        const double (*gradient)[2])
+static void pull_chains(void *arg, int64_t number)
 {
+    face_problem *problem = arg;
+    const loxo_geodesic *g = problem->g;
+    const loxo_chains *chains = problem->chains;
+    face_chains *s = &problem->s;
+    const double(*gradient)[2] = iterate_of(g, number);
+    const bool is_first = number == 0;
     for (int64_t k = 0; k < s->n; ++k)
         for (int c = 0; c < 2; ++c) {
             s->before[k][c] = gradient[s->face[k]][c];
@@ -177,12 +204,14 @@ static void pull_chains(const loxo_geodesic *g, const loxo_chains *chains, face_
 }
 
 /* After it: the g-update of the faces that chains touch, with the chains' copies on top of the edges'. */
-static void apply_pulls(loxo_geodesic *g, const face_chains *s, int now)
+static void apply_pulls(void *arg, int64_t number)
 {
+    const loxo_geodesic *g = ((const face_problem *)arg)->g;
+    const face_chains *s = &((const face_problem *)arg)->s;
     const double mu = g->settings.penalty;
     for (int64_t k = 0; k < s->n; ++k) {
         const int64_t f = s->face[k];
-        double n = 0.0, *push = &g->push[now][3 * f];
+        double n = 0.0, *push = &g->push[number & 1][3 * f];
         for (int c = 0; c < 3; ++c)
             n += g->m.halfedge_twin[3 * f + c] >= 0 ? 1.0 : 0.0;
         const double n_more = (double)s->n_chains[k];
@@ -221,54 +250,36 @@ static void finish_tree(loxo_geodesic *g, const double (*gradient)[2])
 
 loxo_status geodesic_recover_face(loxo_geodesic *g, const loxo_chains *chains, loxo_geodesic_info *info)
 {
-    const int64_t n_faces = g->m.n_faces;
-    const double(*x)[2] = (const double(*)[2])g->target; /* until the first iteration */
-    face_chains s = {0};
+    face_problem p = {.g = g, .chains = chains};
     loxo_status status = LOXO_OK;
-    int now = 0;
-
     geodesic_heat_to_vertices(g);
-#pragma omp parallel num_threads(loxo_threads_for(g->ctx, n_faces, 10.0))
+#pragma omp parallel num_threads(loxo_threads_for(g->ctx, g->m.n_faces, 10.0))
     {
-        const loxo_range r = loxo_thread_range(n_faces);
+        const loxo_range r = loxo_thread_range(g->m.n_faces);
         g->kernels->face_targets(&g->m, g->vertex_value, g->vertex_scale, r.begin, r.end, g->face_area, g->side_square,
                                  g->target, g->push[0]);
     }
     if ((status = geodesic_fill_flat_faces(g, g->push[0])) < 0) return status;
-    if (chains->n_chains > 0 && (status = face_chains_create(g, chains, &s)) < 0) return status;
+    if (chains->n_chains > 0 && (status = face_chains_create(g, chains, &p.s)) < 0) return status;
     geodesic_clock(g, LOXO_GEODESIC_PHASE_GRADIENT, info);
 
-    info->stop_reason = LOXO_STOP_MAX_ITERATIONS;
-    int64_t iteration = 0;
-    while (iteration < g->settings.n_iterations && info->stop_reason == LOXO_STOP_MAX_ITERATIONS) {
-        if (s.n > 0) pull_chains(g, chains, &s, iteration == 0, x);
-#pragma omp parallel num_threads(loxo_threads_for(g->ctx, n_faces, 7.0))
-        {
-            const loxo_range r = loxo_thread_range(n_faces);
-            g->kernels->admm_face(&g->m, g->settings.penalty, r.begin, r.end, g->face_area,
-                                  (const double(*)[3])g->side_square, (const double(*)[2])g->target, x,
-                                  g->face_gradient, g->push[now], g->push[1 - now]);
+    const admm_problem problem = {.g = g,
+                                  .arg = &p,
+                                  .face_ns = 7.0,
+                                  .iterate = iterate,
+                                  .before = p.s.n > 0 ? pull_chains : NULL,
+                                  .after = p.s.n > 0 ? apply_pulls : NULL,
+                                  .test = find_residuals};
+    status = geodesic_iterate(&problem, info);
+    if (status >= 0) {
+        const double(*x)[2] = iterate_of(g, info->n_iterations);
+        for (int64_t c = 0; c < chains->n_chains; ++c) {
+            const double length = (double)(chains->chain_begin[c + 1] - chains->chain_begin[c]) * g->mean_edge_length;
+            info->constraint_residual = fmax(info->constraint_residual, fabs(chain_sum(chains, c, x)) / length);
         }
-        now = 1 - now;
-        x = (const double(*)[2])g->face_gradient;
-        if (s.n > 0) apply_pulls(g, &s, now);
-        ++iteration;
-        if (iteration % CHECK_EVERY == 0 || iteration == g->settings.n_iterations) {
-            if ((status = find_residuals(g, now, info)) < 0) goto done;
-            if (info->residual <= g->settings.primal_tolerance && info->dual_residual <= g->settings.dual_tolerance)
-                info->stop_reason = LOXO_STOP_TOLERANCE;
-        }
-        if (geodesic_tell_iteration(g, iteration, info)) info->stop_reason = LOXO_STOP_MONITOR;
+        finish_tree(g, x);
+        geodesic_clock(g, LOXO_GEODESIC_PHASE_ADMM, info);
     }
-    if (info->stop_reason == LOXO_STOP_MONITOR && (status = find_residuals(g, now, info)) < 0) goto done;
-    info->n_iterations = iteration;
-    for (int64_t c = 0; c < chains->n_chains; ++c) {
-        const double length = (double)(chains->chain_begin[c + 1] - chains->chain_begin[c]) * g->mean_edge_length;
-        info->constraint_residual = fmax(info->constraint_residual, fabs(chain_sum(chains, c, x)) / length);
-    }
-    finish_tree(g, x);
-    geodesic_clock(g, LOXO_GEODESIC_PHASE_ADMM, info);
-done:
-    face_chains_destroy(g->ctx, &s);
+    face_chains_destroy(g->ctx, &p.s);
     return status;
 }
