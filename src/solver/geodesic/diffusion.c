@@ -88,30 +88,43 @@ static void relax(loxo_geodesic *g, unit u, int64_t first, int64_t last)
     }
 }
 
-/* Whether all blocks that this one looks at, itself among them, changed next to nothing when they were relaxed last. It
- * then keeps its values. A level is in motion until everything around it has been relaxed at least twice. */
+/* Square of the change that a block would still make: its last two changes give a geometric series. */
+static double square_to_come(double now, double before)
+{
+    double ratio = MAX_RATIO;
+    if (now < MAX_RATIO * MAX_RATIO * before) ratio = now > 0.0 ? fmax(sqrt(now / before), MIN_RATIO) : 0.0;
+    const double rest = ratio / (1.0 - ratio);
+    return now * rest * rest;
+}
+
+/* Whether a block is to change by next to nothing, and all blocks that it looks at changed by as little when they were
+ * relaxed last. It then keeps its values. A level is in motion until everything around it has been relaxed at least
+ * twice. */
 static bool is_calm(const loxo_geodesic *g, unit u, int64_t b, float calm)
 {
     if (u.step - u.level < 4) return false;
-    const block_reach *reach = &g->reach[geodesic_block(g, u.level, b)];
+    const int64_t at = geodesic_block(g, u.level, b);
     for (int side = 0; side < 3; ++side) {
         const unsigned parity = (unsigned)(side == 0 ? u.step : u.step - 1) & 1u;
         if (side == 0 && !u.is_inner_moving) continue;
-        for (int64_t i = reach->first[side]; i <= reach->last[side]; ++i)
+        for (int64_t i = g->reach[at].first[side]; i <= g->reach[at].last[side]; ++i)
             if (!(g->change[geodesic_block(g, u.level + side - 1, i)].square[parity] <= calm)) return false;
     }
-    return true; /* its own level's blocks are itself and others */
+    const float *square = g->change[at].square;
+    return square_to_come((double)square[1 - (u.step & 1)], (double)square[u.step & 1]) <= (double)calm;
 }
+
+#define KEPT (-1.0f) /* in the place of a change: the values are those of the step before */
 
 static void keep_values(loxo_geodesic *g, unit u, int64_t b)
 {
     const int64_t begin = g->level_begin[u.level] + b * BLOCK_ROWS, end = begin + block_size(g, u.level, b);
     const int64_t parity = u.step & 1;
     k_change *change = &g->change[geodesic_block(g, u.level, b)];
-    if (change->square[1 - parity] != 0.0f) /* else both values of a place are alike */
+    if (change->square[1 - parity] != KEPT) /* else both values of a place are alike */
         for (int64_t p = begin; p < end; ++p)
             g->value[(2 * p) ^ parity] = g->value[(2 * p + 1) ^ parity];
-    change->square[parity] = 0.0f;
+    change->square[parity] = KEPT;
 }
 
 /* Blocks first..last-1; runs of those that are not calm together. Returns the number of places that were left alone. */
@@ -167,11 +180,10 @@ static double change_to_come(const loxo_geodesic *g, int64_t level, int64_t step
     for (int64_t b = 0; b < n_blocks(g, level); ++b) {
         const k_change *change = &g->change[geodesic_block(g, level, b)];
         const double now = (double)change->square[step & 1], before = (double)change->square[1 - (step & 1)];
-        double ratio = MAX_RATIO;
-        if (now < MAX_RATIO * MAX_RATIO * before) ratio = fmax(sqrt(now / before), MIN_RATIO);
-        const double rest = ratio / (1.0 - ratio);
-        sum += (double)change->size * now * rest * rest;
-        worst = fmax(worst, now * rest * rest);
+        const double square = square_to_come(now, before);
+        if (!(square < HUGE_VAL)) return HUGE_VAL;
+        sum += (double)change->size * square;
+        worst = fmax(worst, square);
         size += (double)change->size;
     }
     return size > 0.0 ? fmax(sqrt(sum / size), sqrt(worst) / WORST_BLOCK) : size == 0.0 ? 0.0 : HUGE_VAL;
@@ -324,6 +336,7 @@ loxo_status geodesic_march(loxo_geodesic *g, diffusion_result *result)
     *result = s->result;
     result->stopped = is_stopped;
     if (!is_stopped) geodesic_settle(g, s->tolerance, result);
+    result->is_settled = !is_stopped && result->n_unsettled == 0 && result->change <= s->tolerance;
     result->change *= directions;
     result->n_nonpositive = count_nonpositive(g);
     loxo_release(g->ctx, s);

@@ -35,9 +35,12 @@ static double relaxation(double gain, double area, double diagonal, double cross
     return omega < split ? omega : split;
 }
 
+/* Where ways meet that decay differently, first values can be hundreds of octaves apart, more than a float coefficient
+ * holds. The larger one then overtakes the other by MOST_OCTAVES only; what lies behind gets its heat through here, all of
+ * it smaller by the same power of two, and directions do not see that. */
 static float scaled(float coefficient, int64_t octaves)
 {
-    return (float)((double)coefficient * k_power_of_two(octaves));
+    return (float)((double)coefficient * k_power_of_two(octaves < MOST_OCTAVES ? octaves : MOST_OCTAVES));
 }
 
 /* Order in which k_relax_block updates the places of a block that begins at `begin`. */
@@ -191,11 +194,7 @@ static void link(loxo_geodesic *g, int64_t begin, int64_t end, int64_t from, int
         for (uint32_t k = g->row[p].begin; k < g->row[p + 1].begin; ++k) {
             const int64_t q = g->entry[k].slot >> 1;
             if (q < from || q >= to) continue;
-            /* Where ways meet that decay differently, first values can be hundreds of octaves apart, more than a float
-             * coefficient holds. The larger one then overtakes the other by MOST_OCTAVES only; what lies behind gets its
-             * heat through here, all of it smaller by the same power of two, and directions do not see that. */
-            const int64_t octaves = (int64_t)g->scale[q] - g->scale[p];
-            g->entry[k].coefficient = scaled(g->entry[k].coefficient, octaves < MOST_OCTAVES ? octaves : MOST_OCTAVES);
+            g->entry[k].coefficient = scaled(g->entry[k].coefficient, (int64_t)g->scale[q] - g->scale[p]);
         }
 }
 

@@ -396,8 +396,7 @@ static loxo_status solve(loxo_geodesic *g, const loxo_index *sources, int64_t n_
     info->n_sources = n_own;
     info->n_levels = g->n_levels;
     info->max_window = diffusion.max_window;
-    info->diffusion_converged = heat_value == NULL && g->settings.diffusion == LOXO_DIFFUSION_MARCHING &&
-                                diffusion.n_unsettled == 0 && !diffusion.stopped;
+    info->diffusion_converged = diffusion.is_settled;
     info->diffusion_change = diffusion.change;
     info->n_nonpositive_heat = diffusion.n_nonpositive;
     if (diffusion.stopped) info->stop_reason = LOXO_STOP_MONITOR;

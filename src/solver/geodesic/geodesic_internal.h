@@ -87,9 +87,10 @@ struct loxo_geodesic {
 /* What a phase tells besides its status. */
 typedef struct diffusion_result {
     int64_t n_updates, max_window, n_nonpositive;
-    int64_t n_forced;    /* levels left before they were calm; made good by settling */
+    int64_t n_forced;    /* levels left before they were calm; settling makes that good */
     int64_t n_unsettled; /* cells of 64 places that settling could not calm either */
     double change;       /* estimate of the directions' change still to come */
+    bool is_settled;     /* it is within the tolerance everywhere */
     bool stopped;
 } diffusion_result;
 
