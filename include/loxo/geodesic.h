@@ -113,7 +113,7 @@ LOXO_API loxo_status loxo_geodesic_create(loxo_context *ctx, const loxo_mesh *me
  *              LOXO_ERR_MESH: a source without faces; LOXO_ERR_NUMERIC: distances that are not finite, from heat that
  *              met over ways of very different edge lengths (src/solver/geodesic/README.md)
  * cost         linear time; same bits for any thread count; allocates nothing that grows with the mesh for one source on
- *              a sphere or disk; for several sources or other surfaces what the global constraints take, and after a
+ *              a sphere or disk that is no long strip; for several sources or other surfaces what the global constraints take, and after a
  *              repair the copies of split sources */
 LOXO_API loxo_status loxo_geodesic_solve(loxo_geodesic *geodesic, const loxo_index *sources, int64_t n_sources,
                                          double *distance, loxo_geodesic_info *info);

@@ -63,11 +63,12 @@ static void look_at_faces(const loxo_geodesic *g, int64_t begin, int64_t end, br
             else
                 count_breach(c, limit > 0.0 ? sqrt(square / limit) - 1.0 : HUGE_VAL);
         }
+        const bool is_source = d[0] == 0.0 && d[1] == 0.0 && d[2] == 0.0; /* between sources there is no direction */
         const loxo_vec3 n = v3_cross(edge[0], edge[2]);
         const loxo_vec3 w = v3_axpy(v3_scale(d[0] - d[1], edge[2]), d[0] - d[2], edge[0]);
         const double nn = v3_dot(n, n), ww = v3_dot(w, w), area = 0.5 * sqrt(nn); /* |grad d|^2 = |w|^2 / |n|^2 */
         sums[0] += area;
-        if (!(ww > 0.81 * nn) || !(ww < 1.21 * nn)) sums[1] += area;
+        if ((!(ww > 0.81 * nn) || !(ww < 1.21 * nn)) && !is_source) sums[1] += area;
     }
 }
 

@@ -38,22 +38,27 @@ static void fill(const loxo_geodesic *g, double *difference, int64_t f)
         if (length[c] > 0.0) d[c] = -known * (length[c] / unknown_length);
 }
 
+typedef struct looking {
+    const loxo_geodesic *g;
+    const double *difference;
+} looking;
+
 static void partial_flat(int64_t begin, int64_t end, const void *arg, double *sums)
 {
-    const double *difference = arg;
+    const looking *a = arg;
     for (int64_t f = begin; f < end; ++f)
-        sums[0] += is_flat(difference, f) ? 1.0 : 0.0;
+        sums[0] += is_flat(a->difference, f) && is_reached(a->g, f) ? 1.0 : 0.0;
 }
 
 loxo_status geodesic_fill_flat_faces(loxo_geodesic *g, double *difference)
 {
+    const looking arg = {g, difference};
     double n_flat = 0.0;
-    const loxo_status status = loxo_sum(g->ctx, g->m.n_faces, 1, partial_flat, difference, &n_flat);
+    const loxo_status status = loxo_sum(g->ctx, g->m.n_faces, 1, partial_flat, &arg, &n_flat);
     if (status < 0) return status;
     for (int64_t f = 0; f < g->m.n_faces && n_flat > 0.0; ++f) { /* one after the other: a row of them is filled, too */
-        if (!is_flat(difference, f)) continue;
+        if (!is_flat(difference, f) || !is_reached(g, f)) continue;
         n_flat -= 1.0;
-        if (!is_reached(g, f)) continue;
         double *d = &difference[3 * f];
         fill(g, difference, f);
         if (g->settings.method == LOXO_GEODESIC_EDGE) continue;

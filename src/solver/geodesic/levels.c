@@ -17,11 +17,12 @@
 #define PREFETCH_RANK  6
 #define CHUNK          256
 #define WIDE           (2 * CHUNK) /* levels from here on are shared out, */
+#define MOST_NARROW    256         /* levels without a phase: in an empty one somebody may poll */
 #define MIN_THREADS    3           /* among so many: it takes twice the work of one thread */
 #define UNKNOWN        ((loxo_index)-1)
 #define LOWEST         ((loxo_index)(-LOXO_INDEX_MAX - 1))
 
-typedef enum stage { STAGE_BEGIN, STAGE_CLAIM, STAGE_COUNT, STAGE_NUMBER, STAGE_END } stage;
+typedef enum stage { STAGE_BEGIN, STAGE_CLAIM, STAGE_COUNT, STAGE_NUMBER, STAGE_PAUSE, STAGE_END } stage;
 
 typedef struct chunk_sum {
     int64_t n_found, n_entries; /* won by the chunk; then where its own begin */
@@ -37,6 +38,7 @@ typedef struct search {
     int64_t n_last_chunks;        /* of the phase, come first */
     chunk_sum *sum;               /* a chunk of the level; in the room of the blocks' reach, which comes later */
     int64_t progress;             /* places, for the poll */
+    int64_t n_narrow;             /* levels since the last phase */
     loxo_status status;
 } search;
 
@@ -188,6 +190,7 @@ static void write_entries(loxo_geodesic *g, loxo_range r)
 static void search_work(void *arg, int64_t chunk)
 {
     search *s = arg;
+    if (s->stage == STAGE_PAUSE) return;
     if (chunk < s->n_last_chunks) {
         write_entries(s->g, chunk_range(s->last_begin, s->last_end, chunk));
         return;
@@ -241,6 +244,7 @@ static int64_t open_level(search *s)
     const bool is_over = s->begin == s->end, is_wide = s->n_threads > 1 && s->end - s->begin >= WIDE;
     if (!note_level(s)) return -1;
     if (is_over || is_wide) {
+        s->n_narrow = 0;
         s->n_last_chunks = n_chunks(s->last_begin, s->last_end);
         s->stage = is_over ? STAGE_END : STAGE_CLAIM;
         return is_over && s->n_last_chunks == 0 ? -1 : s->n_last_chunks + n_chunks(s->begin, s->end);
@@ -248,7 +252,9 @@ static int64_t open_level(search *s)
     if (s->last_end > s->last_begin) write_entries(g, (loxo_range){s->last_begin, s->last_end});
     s->last_begin = s->last_end = s->end;
     expand_alone(s);
-    return 0;
+    if (s->n_threads == 1 || ++s->n_narrow < MOST_NARROW) return 0;
+    s->stage = STAGE_PAUSE;
+    return s->n_threads;
 }
 
 static int64_t search_advance(void *arg)
@@ -266,6 +272,10 @@ static int64_t search_advance(void *arg)
         s->stage = STAGE_NUMBER;
         place_chunks(s);
         return n_chunks(s->begin, s->end);
+    case STAGE_PAUSE:
+        s->n_narrow = 0;
+        s->stage = STAGE_BEGIN;
+        return open_level(s);
     case STAGE_NUMBER: s->stage = STAGE_BEGIN; return open_level(s);
     case STAGE_END: break;
     }
