@@ -23,36 +23,31 @@ static double from_potential(const loxo_geodesic *g, loxo_index h, const double 
     return t < 0 ? potential[h / 3] : 0.5 * (potential[h / 3] - potential[t / 3]);
 }
 
-/* hbar along the tree's edges to vertices begin..end-1, outward, into the second value of their places. */
-static void keep_tree_averages(const loxo_geodesic *g, int64_t begin, int64_t end)
-{
-    for (int64_t v = begin; v < end; ++v) {
-        tree_edge e;
-        geodesic_prefetch_place(g, v);
-        if (!geodesic_tree_edge(g, v, &e)) continue;
-        g->value[2 * e.place + 1] = e.halfedge < 0 ? 0.0 : e.sign * average_of(g, e.halfedge);
-    }
-}
-
-/* All that is taken from the differences of faces begin..end-1 before their memory goes to ADMM, while they are in
- * cache: around each face the sum of hbar, what the tree needs of the vertices of these faces, and in sums half the
- * squared distance between the targets of an edge's two sides, which (20) keeps whatever x is. */
+/* All that is taken from the differences of faces begin..end-1 before their memory goes to ADMM: around each face the sum
+ * of hbar; hbar along the tree's edges, into the second value of the places they lead to; in sums half the squared distance
+ * between the targets of an edge's two sides, which (20) keeps whatever x is. */
 static void close_faces(int64_t begin, int64_t end, const void *arg, double *sums)
 {
     const loxo_geodesic *g = arg;
     const double *d = g->difference;
     for (int64_t f = begin; f < end; ++f) {
-        double closure = 0.0;
-        if (f + K_AHEAD < g->m.n_faces) __builtin_prefetch(&d[3 * (f + K_AHEAD)], 0, 2);
-        for (int64_t h = 3 * f; h < 3 * f + 3; ++h) {
+        double closure = 0.0, disagreement = 0.0;
+        geodesic_prefetch_steps(g, f);
+        if ((f & 1) == 0 && f + K_AHEAD / 2 < g->m.n_faces) __builtin_prefetch(&d[3 * (f + K_AHEAD / 2)], 0, 2);
+        for (loxo_index h = (loxo_index)(3 * f); h < 3 * f + 3; ++h) {
             const loxo_index t = g->m.halfedge_twin[h];
-            const double other = t < 0 ? -d[h] : d[t], both = d[h] + other;
-            closure += 0.5 * (d[h] - other);
-            if (t > h) sums[0] += 0.25 * both * both;
+            const double other = t < 0 ? -d[h] : d[t], both = d[h] + other, average = 0.5 * (d[h] - other);
+            double sign;
+            const loxo_index v = geodesic_led_to(g, h, &sign);
+            closure += average;
+            disagreement += 0.125 * both * both; /* half of it on each side */
+            if (v < 0) continue;
+            g->value[2 * (int64_t)g->rank[v] + 1] = sign * average;
+            geodesic_keep_halfedge(g, v, h);
         }
         g->closure[f] = closure;
+        sums[0] += disagreement;
     }
-    keep_tree_averages(g, geodesic_vertices_before(g, begin), geodesic_vertices_before(g, end));
 }
 
 typedef struct edge_problem {
@@ -178,27 +173,29 @@ static void update_chains(void *arg, int64_t number)
     }
 }
 
-/* The differences that came out, along the tree's edges; its half-edges become places. */
+/* The differences that came out, along the tree's edges. */
 static void finish_tree(loxo_geodesic *g, const special_edges *s, const double *potential)
 {
+    const int64_t n = g->m.n_vertices;
+#pragma omp parallel num_threads(loxo_threads_for(g->ctx, n, 4.0))
+    {
+        const loxo_range r = loxo_thread_range(n);
+        for (int64_t v = r.begin; v < r.end; ++v) {
+            const loxo_index h = geodesic_kept_halfedge(g, v);
+            const int64_t soon = v + PLACES_AHEAD < n ? g->rank[v + PLACES_AHEAD] : -1;
+            if (soon >= 0) __builtin_prefetch(&g->value[2 * soon + 1], 1, 2);
+            if (h < 0) continue;
+            const double x = from_potential(g, h, potential);
+            g->value[2 * (int64_t)g->rank[v] + 1] += g->m.halfedge_vertex[h] == v ? -x : x;
+        }
+    }
     for (int64_t i = 0; i < s->n; ++i) {
         const loxo_index h = s->edge[i].halfedge, t = g->m.halfedge_twin[h];
         const loxo_index ends[2] = {g->m.halfedge_vertex[h], k_head(&g->m, h)};
         for (int k = 0; k < 2; ++k) {
-            const int64_t p = g->rank[ends[k]];
-            if (p < 0 || g->parent[p] < 0 || (g->parent[p] != h && g->parent[p] != t)) continue;
-            g->value[2 * p + 1] += k == 1 ? s->edge[i].correction : -s->edge[i].correction;
-        }
-    }
-#pragma omp parallel num_threads(loxo_threads_for(g->ctx, g->m.n_vertices, 5.0))
-    {
-        const loxo_range r = loxo_thread_range(g->m.n_vertices);
-        for (int64_t v = r.begin; v < r.end; ++v) {
-            tree_edge e;
-            geodesic_prefetch_place(g, v);
-            if (!geodesic_tree_edge(g, v, &e) || e.halfedge < 0) continue;
-            g->value[2 * e.place + 1] += e.sign * from_potential(g, e.halfedge, potential);
-            g->parent[e.place] = g->rank[e.parent];
+            const loxo_index kept = geodesic_kept_halfedge(g, ends[k]);
+            if (kept < 0 || (kept != h && kept != t)) continue;
+            g->value[2 * (int64_t)g->rank[ends[k]] + 1] += k == 1 ? s->edge[i].correction : -s->edge[i].correction;
         }
     }
 }

@@ -225,25 +225,21 @@ static void apply_pulls(void *arg, int64_t number)
     }
 }
 
-/* (18): the step along a tree's edge, mean over the faces beside it; its half-edges become places. */
+/* (18): the step along a tree's edge, mean over the faces beside it. */
 static void finish_tree(loxo_geodesic *g, const double (*gradient)[2])
 {
-#pragma omp parallel num_threads(loxo_threads_for(g->ctx, g->m.n_vertices, 10.0))
+#pragma omp parallel num_threads(loxo_threads_for(g->ctx, g->m.n_faces, 3.0))
     {
-        const loxo_range r = loxo_thread_range(g->m.n_vertices);
-        for (int64_t v = r.begin; v < r.end; ++v) {
-            tree_edge edge;
-            double x = 0.0;
-            geodesic_prefetch_place(g, v);
-            if (!geodesic_tree_edge(g, v, &edge)) continue;
-            if (edge.halfedge >= 0) {
-                const loxo_index h = edge.halfedge, t = g->m.halfedge_twin[h];
-                x = along(gradient, h);
-                if (t >= 0) x = 0.5 * (x - along(gradient, t));
-                x *= edge.sign;
-                g->parent[edge.place] = g->rank[edge.parent];
+        const loxo_range r = loxo_thread_range(g->m.n_faces);
+        for (int64_t f = r.begin; f < r.end; ++f) {
+            geodesic_prefetch_steps(g, f);
+            for (loxo_index h = (loxo_index)(3 * f); h < 3 * f + 3; ++h) {
+                double sign;
+                const loxo_index v = geodesic_led_to(g, h, &sign), t = g->m.halfedge_twin[h];
+                if (v < 0) continue;
+                const double own = along(gradient, h), x = t < 0 ? own : 0.5 * (own - along(gradient, t));
+                g->value[2 * (int64_t)g->rank[v] + 1] = sign * x;
             }
-            g->value[2 * edge.place + 1] = x;
         }
     }
 }

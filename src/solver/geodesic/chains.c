@@ -25,17 +25,11 @@ static loxo_index find_leader(forest *f, loxo_index i)
     return i;
 }
 
-static int64_t parent_place(const loxo_geodesic *g, int64_t place)
-{
-    const loxo_index h = g->parent[place], start = g->m.halfedge_vertex[h];
-    return g->rank[start == g->order[place] ? k_head(&g->m, h) : start];
-}
-
 /* Elements from `place` up to its source. */
 static int64_t way_length(const loxo_geodesic *g, int64_t place)
 {
     int64_t n = 0;
-    for (; g->parent[place] >= 0; place = parent_place(g, place))
+    for (; g->parent[place] >= 0; place = g->parent[place])
         ++n;
     return n;
 }
@@ -55,6 +49,25 @@ static loxo_status add_elements(loxo_context *ctx, loxo_chains *chains, int64_t 
     return LOXO_OK;
 }
 
+/* Element i of the chains is the tree's edge to a place, walked to it (direction 1) or from it (-1). */
+static void set_element(const loxo_geodesic *g, loxo_chains *chains, int64_t i, int64_t place, int direction)
+{
+    const loxo_index v = g->order[place], parent = g->order[g->parent[place]];
+    loxo_index h = g->m.vertex_halfedge[v];
+    int sign = -direction; /* of the half-edges that leave v */
+    while (k_head(&g->m, h) != parent) {
+        const loxo_index back = k_previous(h);
+        if (g->m.halfedge_vertex[back] == parent) {
+            h = back;
+            sign = direction;
+            break;
+        }
+        h = g->m.halfedge_twin[back];
+    }
+    chains->halfedge[i] = h;
+    chains->sign[i] = (int8_t)sign;
+}
+
 /* Path from the source above p to the one above q over the half-edge `across` from p's vertex to q's. */
 static void append_path(const loxo_geodesic *g, loxo_chains *chains, int64_t p, loxo_index across, int64_t q)
 {
@@ -62,15 +75,10 @@ static void append_path(const loxo_geodesic *g, loxo_chains *chains, int64_t p, 
     int64_t i = chains->chain_begin[chains->n_chains] + up;
     chains->halfedge[i] = across;
     chains->sign[i] = 1;
-    for (int64_t k = i - 1, place = p; g->parent[place] >= 0; place = parent_place(g, place), --k) {
-        chains->halfedge[k] = g->parent[place];
-        chains->sign[k] = g->m.halfedge_vertex[g->parent[place]] == g->order[place] ? -1 : 1;
-    }
-    for (int64_t place = q; g->parent[place] >= 0; place = parent_place(g, place)) {
-        ++i;
-        chains->halfedge[i] = g->parent[place];
-        chains->sign[i] = g->m.halfedge_vertex[g->parent[place]] == g->order[place] ? 1 : -1;
-    }
+    for (int64_t k = i - 1, place = p; g->parent[place] >= 0; place = g->parent[place], --k)
+        set_element(g, chains, k, place, 1);
+    for (int64_t place = q; g->parent[place] >= 0; place = g->parent[place])
+        set_element(g, chains, ++i, place, -1);
     ++chains->n_chains;
     chains->chain_begin[chains->n_chains] = i + 1;
 }
@@ -84,7 +92,7 @@ static loxo_status join_sources(loxo_geodesic *g, int64_t n_sources, forest *f, 
         if (g->parent[p] < 0)
             f->root[p] = (loxo_index)p;
         else
-            f->root[p] = f->root[parent_place(g, p)];
+            f->root[p] = f->root[g->parent[p]];
     }
     for (int64_t p = 0; p < g->n_reached && n_joined < n_sources - 1; ++p) {
         const loxo_index first = m->vertex_halfedge[g->order[p]];

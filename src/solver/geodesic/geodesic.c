@@ -60,11 +60,13 @@ static void lay_out(loxo_geodesic *g)
     g->entry = loxo_arena_take(a, 3 * n_faces + g->n_boundary_edges, sizeof *g->entry);
 
     loxo_arena_release(a, mark);
+    g->found_by = loxo_arena_take(a, n, sizeof *g->found_by);
+    const size_t recovery = loxo_arena_mark(a);
     if (g->settings.method == LOXO_GEODESIC_EDGE) {
         g->vertex_value = loxo_arena_take(a, n, sizeof *g->vertex_value);
         g->vertex_scale = loxo_arena_take(a, n, sizeof *g->vertex_scale);
         const size_t heat_end = loxo_arena_mark(a);
-        loxo_arena_release(a, mark);
+        loxo_arena_release(a, recovery);
         g->closure = loxo_arena_take(a, n_faces, sizeof *g->closure);
         const size_t closure_end = loxo_arena_mark(a), start = closure_end > heat_end ? closure_end : heat_end;
         loxo_arena_release(a, start);
@@ -265,13 +267,18 @@ void geodesic_heat_to_vertices(loxo_geodesic *g)
     {
         const loxo_range r = loxo_thread_range(n);
         for (int64_t v = r.begin; v < r.end; ++v) {
-            const int64_t p = g->rank[v], next = v + PLACES_AHEAD < n ? g->rank[v + PLACES_AHEAD] : -1;
-            if (next >= 0) {
-                __builtin_prefetch(&g->value[2 * next], 0, 2);
-                __builtin_prefetch(&g->scale[next], 0, 2);
+            const int64_t p = g->rank[v], parent = p >= 0 ? g->parent[p] : -1;
+            const int64_t soon = v + PLACES_AHEAD < n ? g->rank[v + PLACES_AHEAD] : -1;
+            const int64_t sooner = v + PLACES_AHEAD / 2 < n ? g->rank[v + PLACES_AHEAD / 2] : -1;
+            if (soon >= 0) {
+                __builtin_prefetch(&g->value[2 * soon], 0, 2);
+                __builtin_prefetch(&g->scale[soon], 0, 2);
+                __builtin_prefetch(&g->parent[soon], 0, 2);
             }
+            if (sooner >= 0 && g->parent[sooner] >= 0) __builtin_prefetch(&g->order[g->parent[sooner]], 0, 2);
             g->vertex_value[v] = p >= 0 ? g->value[2 * p] : 0.0;
             g->vertex_scale[v] = p >= 0 ? g->scale[p] : K_NOT_REACHED;
+            g->found_by[v] = parent >= 0 ? g->order[parent] : -1;
         }
     }
 }
@@ -374,7 +381,6 @@ static loxo_status solve(loxo_geodesic *g, const loxo_index *sources, int64_t n_
     if (status < 0) return status;
     g->has_heat = true;
     geodesic_clock(g, LOXO_GEODESIC_PHASE_DIFFUSION, info);
-    geodesic_find_tree_halfedges(g);
 
     if ((status = recover(g, n_own, info)) < 0) return status;
     geodesic_integrate(g);

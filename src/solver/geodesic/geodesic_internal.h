@@ -45,11 +45,9 @@ struct loxo_geodesic {
     k_fan *fan;         /* [n_vertices + 1] */
     k_entry *fan_entry; /* [3 n_faces + n_boundary_edges] */
     /* breadth-first levels of the current sources: 3 arrays of 4 bytes a vertex, and a little */
-    loxo_index *order; /* [n_vertices] place -> vertex; the reached ones first */
-    loxo_index *rank;  /* [n_vertices] vertex -> place; -1 not reached */
-    loxo_index
-        *parent; /* [n_vertices] place -> place of the vertex that found it, -1 at sources; during the recovery the
-                           half-edge between the two */
+    loxo_index *order;       /* [n_vertices] place -> vertex; the reached ones first */
+    loxo_index *rank;        /* [n_vertices] vertex -> place; -1 not reached */
+    loxo_index *parent;      /* [n_vertices] place -> place of the vertex that found it, -1 at sources */
     loxo_index *level_begin; /* [most_levels + 1] level -> its first place */
     loxo_index *more_levels; /* where level_begin stands when a surface is long and thin; an allocation of its own */
     int64_t most_levels, n_levels, n_reached;
@@ -66,6 +64,7 @@ struct loxo_geodesic {
     k_row *row;     /* [n_vertices + 1] */
     k_entry *entry; /* [3 n_faces + n_boundary_edges] */
 
+    loxo_index *found_by; /* [n_vertices] in the mesh's order: the vertex above in the tree, see tree.h; -1: none */
     /* heat in the mesh's order, while the directions are made */
     double *vertex_value;  /* [n_vertices] */
     int32_t *vertex_scale; /* [n_vertices] K_NOT_REACHED where there is none */
@@ -123,8 +122,7 @@ void geodesic_link_outward(loxo_geodesic *g, int64_t level, int64_t begin, int64
 /* Chains of global constraints: cycles of the mesh and paths between sources. */
 loxo_status geodesic_find_chains(loxo_geodesic *g, int64_t n_sources, loxo_chains *chains);
 
-/* admm_edge.c, admm_face.c: from the heat to differences along the tree's edges, in value[2 p + 1], and from half-edges
- * to places in parent. */
+/* admm_edge.c, admm_face.c: from the heat to differences along the tree's edges, in value[2 p + 1]. */
 loxo_status geodesic_recover_edge(loxo_geodesic *g, const loxo_chains *chains, loxo_geodesic_info *info);
 loxo_status geodesic_recover_face(loxo_geodesic *g, const loxo_chains *chains, loxo_geodesic_info *info);
 
@@ -132,11 +130,10 @@ loxo_status geodesic_recover_face(loxo_geodesic *g, const loxo_chains *chains, l
  * face-based method targets. LOXO_OK, LOXO_ERR_MEMORY. */
 loxo_status geodesic_fill_flat_faces(loxo_geodesic *g, double *difference);
 
-/* From value and scale, at places, to vertex_value and vertex_scale. */
+/* From value, scale and parent, at places, to vertex_value, vertex_scale and found_by. */
 void geodesic_heat_to_vertices(loxo_geodesic *g);
 
-/* integrate.c: from places to half-edges in parent, in the mesh's order; sums the differences outward, in place. */
-void geodesic_find_tree_halfedges(loxo_geodesic *g);
+/* integrate.c: sums the differences outward, in place. */
 void geodesic_integrate(loxo_geodesic *g);
 /* check.c: looks at the distances, in g->distance. */
 loxo_status geodesic_check(loxo_geodesic *g, loxo_geodesic_info *info);

@@ -1,50 +1,44 @@
 /* SPDX-License-Identifier: MIT
- * The breadth-first tree, walked vertex by vertex in the mesh's order: of all that an edge of it needs, only what stands
- * at the vertex's place is then far away in memory, and that is asked for ahead. Walked place by place it would be the
- * mesh's arrays, four times as many lines. */
+ * The breadth-first tree, read face by face in the mesh's order: there an edge of it has its two faces' numbers at hand,
+ * and only the place that the step along it goes to is far away in memory. That is asked for ahead. */
 #ifndef LOXO_SOLVER_GEODESIC_TREE_H
 #define LOXO_SOLVER_GEODESIC_TREE_H
 
 #include "solver/geodesic/geodesic_internal.h"
 
-#define PLACES_AHEAD 24
+#define PLACES_AHEAD 24 /* vertices; faces are ordered by their vertices, about two to one */
 
-/* The edge that leads to a vertex. */
-typedef struct tree_edge {
-    int64_t place;       /* of the vertex */
-    loxo_index halfedge; /* -1: the vertex is a source */
-    loxo_index parent;   /* the vertex that it comes from */
-    double sign;         /* +1: the half-edge leads to the vertex; -1: away from it */
-} tree_edge;
-
-/* Asks for what geodesic_tree_edge and its caller need some vertices later. */
-static inline void geodesic_prefetch_place(const loxo_geodesic *g, int64_t v)
+/* The vertex to which half-edge h leads in the tree; -1: none. At a boundary an edge may have but the half-edge that
+ * leads away from it: then *sign is -1, else +1. */
+static inline loxo_index geodesic_led_to(const loxo_geodesic *g, loxo_index h, double *sign)
 {
-    if (v + PLACES_AHEAD >= g->m.n_vertices) return;
-    const int64_t p = g->rank[v + PLACES_AHEAD];
-    if (p < 0) return;
-    __builtin_prefetch(&g->parent[p], 1, 2);
-    __builtin_prefetch(&g->value[2 * p + 1], 1, 2);
+    const loxo_index from = g->m.halfedge_vertex[h], to = k_head(&g->m, h);
+    *sign = 1.0;
+    if (__atomic_load_n(&g->found_by[to], __ATOMIC_RELAXED) == from) return to;
+    if (g->m.halfedge_twin[h] >= 0 || __atomic_load_n(&g->found_by[from], __ATOMIC_RELAXED) != to) return -1;
+    *sign = -1.0;
+    return from;
 }
 
-/* false: v was not reached. */
-static inline bool geodesic_tree_edge(const loxo_geodesic *g, int64_t v, tree_edge *e)
+/* Where the half-edge of the tree's edge to a vertex is known, it replaces the vertex above. No other half-edge is that
+ * edge's, so it does not matter to whoever looks at it meanwhile that there is no vertex of such a number. */
+static inline void geodesic_keep_halfedge(const loxo_geodesic *g, loxo_index v, loxo_index h)
 {
-    const int64_t p = g->rank[v];
-    if (p < 0) return false;
-    const loxo_index h = g->parent[p];
-    *e = (tree_edge){.place = p, .halfedge = h, .parent = -1, .sign = 1.0};
-    if (h < 0) return true;
-    e->parent = g->m.halfedge_vertex[h];
-    if (e->parent == v) {
-        e->parent = k_head(&g->m, h);
-        e->sign = -1.0;
-    }
-    return true;
+    __atomic_store_n(&g->found_by[v], (loxo_index)(-2 - h), __ATOMIC_RELAXED);
 }
 
-/* A number of vertices that grows with f from 0 to all of them, so that the vertices of each range of faces are near
- * them: at a part's faces the part's vertices. */
-int64_t geodesic_vertices_before(const loxo_geodesic *g, int64_t f);
+/* -1: none. */
+static inline loxo_index geodesic_kept_halfedge(const loxo_geodesic *g, int64_t v)
+{
+    return g->found_by[v] <= -2 ? (loxo_index)(-2 - g->found_by[v]) : -1;
+}
+
+/* Asks for the places of the vertices of some faces later. */
+static inline void geodesic_prefetch_steps(const loxo_geodesic *g, int64_t f)
+{
+    if (f + 2 * PLACES_AHEAD >= g->m.n_faces) return;
+    const int64_t p = g->rank[g->m.halfedge_vertex[3 * (f + 2 * PLACES_AHEAD)]];
+    if (p >= 0) __builtin_prefetch(&g->value[2 * p + 1], 1, 2);
+}
 
 #endif
