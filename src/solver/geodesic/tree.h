@@ -6,7 +6,8 @@
 
 #include "solver/geodesic/geodesic_internal.h"
 
-#define PLACES_AHEAD 24 /* vertices; faces are ordered by their vertices, about two to one */
+#define PLACES_AHEAD 24 /* vertices */
+#define FACES_AHEAD  48 /* they are ordered by their vertices, about two to one */
 
 /* The vertex to which half-edge h leads in the tree; -1: none. At a boundary an edge may have but the half-edge that
  * leads away from it: then *sign is -1, else +1. */
@@ -36,8 +37,8 @@ static inline loxo_index geodesic_kept_halfedge(const loxo_geodesic *g, int64_t 
 /* Asks for the places of the vertices of some faces later. */
 static inline void geodesic_prefetch_steps(const loxo_geodesic *g, int64_t f)
 {
-    if (f + 2 * PLACES_AHEAD >= g->m.n_faces) return;
-    const int64_t p = g->rank[g->m.halfedge_vertex[3 * (f + 2 * PLACES_AHEAD)]];
+    if (f + FACES_AHEAD >= g->m.n_faces) return;
+    const int64_t p = g->rank[g->m.halfedge_vertex[3 * (f + FACES_AHEAD)]];
     if (p >= 0) __builtin_prefetch(&g->value[2 * p + 1], 1, 2);
 }
 
