@@ -19,8 +19,8 @@ static loxo_vec3 halfedge_vector(const loxo_geodesic *g, loxo_index h)
 /* g . e along half-edge h, of its own face. */
 static double along(const double (*gradient)[2], loxo_index h)
 {
-    const double *x = gradient[h / 3];
-    return h % 3 == 2 ? k_third(x[0], x[1]) : x[h % 3];
+    const int64_t f = k_face_of(h), k = h - 3 * f;
+    return k == 2 ? k_third(gradient[f][0], gradient[f][1]) : gradient[f][k];
 }
 
 typedef struct residual_arg {
@@ -29,14 +29,12 @@ typedef struct residual_arg {
     const double *push, *push_before;
 } residual_arg;
 
-/* Squared length times area of the vector in the plane of face f whose products with the first two half-edges these are.
- * It is (x_0 e_1 - x_1 e_0), turned by a right angle, over twice the area. */
-static double square_times_area(const loxo_geodesic *g, int64_t f, double x_0, double x_1)
+/* Squared length times area of the vector in a face's plane whose products with the first two half-edges are x_0 and x_1:
+ * (x_0 e_1 - x_1 e_0), turned by a right angle, over twice the area. */
+static double square_times_area(loxo_vec3 e_0, loxo_vec3 e_1, double x_0, double x_1, double area)
 {
-    const loxo_index h = (loxo_index)(3 * f);
-    const loxo_vec3 e_0 = halfedge_vector(g, h), e_1 = halfedge_vector(g, (loxo_index)(h + 1));
     const loxo_vec3 w = v3_sub(v3_scale(x_0, e_1), v3_scale(x_1, e_0));
-    return g->face_area[f] > 0.0 ? v3_dot(w, w) / (4.0 * g->face_area[f]) : 0.0;
+    return area > 0.0 ? v3_dot(w, w) / (4.0 * area) : 0.0;
 }
 
 /* sums: squared distance of pairs across edges from equal projections, the pairs' areas, squared steps of the faces with
@@ -46,23 +44,28 @@ static void partial_residuals(int64_t begin, int64_t end, const void *arg, doubl
     const residual_arg *a = arg;
     const loxo_geodesic *g = a->g;
     for (int64_t f = begin; f < end; ++f) {
-        const double area = g->face_area[f], *x = a->now[f];
-        double step[2], n_twins = 0.0;
-        for (int k = 0; k < 2; ++k) { /* push - push before = 2 x - x before */
-            const double before = a->push_before[3 * f + k] - a->push[3 * f + k] + 2.0 * x[k];
-            step[k] = x[k] - before;
-        }
+        const loxo_index *corner = &g->m.halfedge_vertex[3 * f], *twin = &g->m.halfedge_twin[3 * f];
+        const loxo_vec3 p = k_position(&g->m, corner[1]);
+        const loxo_vec3 e_0 = v3_sub(p, k_position(&g->m, corner[0])), e_1 = v3_sub(k_position(&g->m, corner[2]), p);
+        const double area = g->face_area[f], *now = a->now[f], *push = &a->push[3 * f],
+                     *before = &a->push_before[3 * f];
+        const double x[3] = {now[0], now[1], k_third(now[0], now[1])};
+        /* push - push before = 2 x - x before */
+        const double step_0 = push[0] - before[0] - x[0], step_1 = push[1] - before[1] - x[1];
+        double n_twins = 0.0, jumps = 0.0;
+        if ((f & 3) == 0 && f + K_AHEAD / 2 < g->m.n_faces) __builtin_prefetch(a->now[f + K_AHEAD / 2], 0, 2);
+        if ((f & 7) == 0 && f + K_AHEAD / 2 < g->m.n_faces) __builtin_prefetch(&g->face_area[f + K_AHEAD / 2], 0, 2);
         for (int k = 0; k < 3; ++k) {
-            const loxo_index h = (loxo_index)(3 * f + k), t = g->m.halfedge_twin[h];
-            if (t < 0) continue;
+            if (twin[k] < 0) continue;
             n_twins += 1.0;
-            const double other = g->face_area[t / 3], divisor = g->side_square[f][k] * (area + other);
-            const double jump = along(a->now, h) + along(a->now, t);
-            if (t > h && divisor > 0.0) sums[0] += jump * jump * area * other / divisor;
+            const double other = g->face_area[k_face_of(twin[k])], divisor = g->side_square[f][k] * (area + other);
+            const double jump = x[k] + along(a->now, twin[k]);
+            if (divisor > 0.0) jumps += jump * jump * area * other / divisor;
         }
+        sums[0] += 0.5 * jumps; /* half on each side */
         sums[1] += n_twins * area;
-        sums[2] += n_twins * square_times_area(g, f, step[0], step[1]);
-        sums[3] += square_times_area(g, f, x[0] - g->target[f][0], x[1] - g->target[f][1]);
+        sums[2] += n_twins * square_times_area(e_0, e_1, step_0, step_1, area);
+        sums[3] += square_times_area(e_0, e_1, x[0] - g->target[f][0], x[1] - g->target[f][1], area);
     }
 }
 
