@@ -127,6 +127,22 @@ static loxo_status measure_mesh(loxo_geodesic *g)
     return LOXO_OK;
 }
 
+#define PAGE 4096
+
+/* New pages are cleared when they are first written. All threads do that here, each for its share: a good part of a first
+ * solve would go into it otherwise, mostly on the one thread that finds the levels, and on several memory nodes all of it
+ * would lie on that thread's. */
+static void touch_workspace(const loxo_geodesic *g)
+{
+    const int64_t n_pages = (int64_t)(g->arena.size / PAGE);
+#pragma omp parallel num_threads(loxo_threads_for(g->ctx, n_pages, 500.0))
+    {
+        const loxo_range r = loxo_thread_range(n_pages);
+        for (int64_t i = r.begin; i < r.end; ++i)
+            g->arena.block[i * PAGE] = 0;
+    }
+}
+
 loxo_status loxo_geodesic_create(loxo_context *ctx, const loxo_mesh *mesh, const loxo_geodesic_settings *settings,
                                  loxo_geodesic **out)
 {
@@ -149,6 +165,7 @@ loxo_status loxo_geodesic_create(loxo_context *ctx, const loxo_mesh *mesh, const
     lay_out(g);
     if ((status = loxo_arena_reserve(ctx, &g->arena, "geodesic: the workspace")) < 0) goto fail;
     lay_out(g);
+    touch_workspace(g);
     if ((status = geodesic_make_fans(g)) < 0) goto fail;
     if (chosen.global_constraints && (status = loxo_cycle_basis(ctx, &g->m, &g->cycles)) < 0) goto fail;
     g->prepare_s = loxo_os_clock_s() - start_s;
