@@ -15,7 +15,7 @@
 #define PREFETCH_BEGIN 24 /* places ahead */
 #define PREFETCH_FAN   12
 #define PREFETCH_RANK  6
-#define CHUNK          256
+#define CHUNK          INT64_C(256)
 #define WIDE           (2 * CHUNK) /* levels from here on are shared out, */
 #define MOST_NARROW    256         /* levels without a phase: in an empty one somebody may poll */
 #define MIN_THREADS    3           /* among so many: it takes twice the work of one thread */

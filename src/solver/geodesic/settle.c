@@ -10,6 +10,7 @@
 #define WAKE_OVER_TOLERANCE 4.0    /* a cell wakes when one relaxing would change it by more than so many tolerances, */
 #define STIR_OVER_TOLERANCE 1.0    /* wakes its neighbours while it changes by more than so many, */
 #define REST_OVER_TOLERANCE 0.5    /* and rests when it is to change by less in all passes to come */
+#define MAX_ROUNDS          8      /* of waking, each from half the change on */
 #define MAX_RATIO           0.9999 /* of the changes of two passes the same way */
 /* It gives up after so many passes, or so many entries of rows looked at: some 10 s, and 10 us a vertex. */
 #define MAX_PASSES        400000
@@ -166,16 +167,18 @@ void geodesic_settle(loxo_geodesic *g, double tolerance, diffusion_result *resul
     const int64_t n_cells = (g->n_reached + CELL_ROWS - 1) / CELL_ROWS, n_before = result->n_updates;
     cell *cells = (cell *)(void *)g->reach;
     bool is_done = result->n_forced == 0, is_good = true;
-    for (double most = WAKE_OVER_TOLERANCE * tolerance; is_good; most *= 0.5) {
+    double most = WAKE_OVER_TOLERANCE * tolerance;
+    for (int round = 0; is_good && round < MAX_ROUNDS; ++round) {
         const int64_t n_awake = wake(g, cells, n_cells, most);
-        if (n_awake == 0 && is_done) break;
+        if (n_awake == 0 && is_done) return;
         if (n_awake > 0) is_good = relax_awake(g, cells, n_cells, tolerance, result);
         result->change = estimate(g, cells, n_cells);
-        is_done = result->change <= tolerance;
-        if (is_done) break; /* else the many that change by little are too many */
+        is_done = is_good && result->change <= tolerance;
+        if (is_done) break;
+        most *= 0.5; /* the many that change by little are too many */
     }
-    for (int64_t c = 0; c < n_cells && !is_good && !result->stopped; ++c)
-        result->n_unsettled += cells[c].is_awake ? 1 : 0;
+    for (int64_t c = 0; c < n_cells && !is_done && !result->stopped; ++c)
+        result->n_unsettled += is_good || cells[c].is_awake ? 1 : 0;
     if (result->n_updates == n_before) return;
 #pragma omp parallel for num_threads(loxo_threads_for(g->ctx, g->n_reached, 1.0))
     for (int64_t p = 0; p < g->n_reached; ++p)
