@@ -49,7 +49,7 @@ typedef enum loxo_stop_reason {
 } loxo_stop_reason;
 
 typedef enum loxo_geodesic_phase {
-    LOXO_GEODESIC_PHASE_PREPARE, /* in create: workspace, mean edge length, cycles */
+    LOXO_GEODESIC_PHASE_PREPARE, /* in create: workspace, mean edge length, rows of the heat system, cycles */
     LOXO_GEODESIC_PHASE_LEVELS,  /* breadth-first levels */
     LOXO_GEODESIC_PHASE_DIFFUSION,
     LOXO_GEODESIC_PHASE_GRADIENT, /* directions and what ADMM starts from */

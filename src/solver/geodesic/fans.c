@@ -70,17 +70,26 @@ static void make_piece(loxo_geodesic *g, const piece *p)
     }
 }
 
+/* Asked by the calling thread before each of its pieces; once it said so, all others are skipped. */
+static bool is_stopped(const loxo_geodesic *g, bool *stopped, double fraction)
+{
+    if (loxo_thread_id() == 0 && loxo_stop_wanted(g->ctx, "prepare", fraction))
+        __atomic_store_n(stopped, true, __ATOMIC_RELAXED);
+    return __atomic_load_n(stopped, __ATOMIC_RELAXED);
+}
+
 loxo_status geodesic_make_fans(loxo_geodesic *g)
 {
     int64_t n_pieces;
     uint32_t n_entries = 0;
+    bool stopped = false;
     piece *pieces = cut_pieces(g->ctx, &g->m, &n_pieces);
     if (pieces == NULL) return LOXO_ERR_MEMORY;
 #pragma omp parallel num_threads(loxo_threads_for(g->ctx, g->m.n_vertices, 60.0))
     {
 #pragma omp for schedule(dynamic)
         for (int64_t i = 0; i < n_pieces; ++i)
-            count_piece(g, &pieces[i]);
+            if (!is_stopped(g, &stopped, 0.3 * (double)i / (double)n_pieces)) count_piece(g, &pieces[i]);
 #pragma omp single
         for (int64_t i = 0; i < n_pieces; ++i) {
             const uint32_t n = pieces[i].first_entry;
@@ -89,9 +98,9 @@ loxo_status geodesic_make_fans(loxo_geodesic *g)
         }
 #pragma omp for schedule(dynamic)
         for (int64_t i = 0; i < n_pieces; ++i)
-            make_piece(g, &pieces[i]);
+            if (!is_stopped(g, &stopped, 0.3 + 0.7 * (double)i / (double)n_pieces)) make_piece(g, &pieces[i]);
     }
     g->fan[g->m.n_vertices] = (k_fan){n_entries, 0.0f};
     loxo_release(g->ctx, pieces);
-    return LOXO_OK;
+    return stopped ? loxo_fail(g->ctx, LOXO_ERR_STOPPED, "geodesic: stopped before there was any distance") : LOXO_OK;
 }

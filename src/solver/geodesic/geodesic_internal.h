@@ -93,7 +93,7 @@ typedef struct diffusion_result {
     bool stopped;
 } diffusion_result;
 
-/* fans.c: fan and fan_entry. LOXO_OK, LOXO_ERR_MEMORY. */
+/* fans.c: fan and fan_entry. LOXO_OK, LOXO_ERR_MEMORY, LOXO_ERR_STOPPED. */
 loxo_status geodesic_make_fans(loxo_geodesic *g);
 
 /* Where block b of a level stands in the ring. Levels of the window never meet there: it has room for all blocks of the
