@@ -164,7 +164,10 @@ typedef struct loxo_mesh_view {
                                           vertex the one without a twin, so that turning counter-clockwise
                                           (h = twin(previous(h))) from it meets every face */
     const loxo_index *vertex_origin;   /* [n_vertices] the caller's number; NULL: the same */
-    int64_t genus, n_boundary_loops;   /* summed over the components; -1: not known */
+    const double *halfedge_length;   /* [3 n_faces] of an intrinsic triangulation, twins alike: its edges are geodesics
+                                          of the surface, not chords between positions; an edge may then join a vertex
+                                          to itself, and a face its own neighbour. NULL: straight edges */
+    int64_t genus, n_boundary_loops; /* summed over the components; -1: not known */
     int64_t n_parts;
     const int64_t *part_vertex; /* [n_parts + 1] parts are ranges of vertices ... */
     const int64_t *part_face;   /* [n_parts + 1] ... and of faces */

@@ -1,0 +1,44 @@
+/* SPDX-License-Identifier: MIT
+ * What a method of geodesic distance is to geodesic.c, and what it is given: one table of functions a method. */
+#ifndef LOXO_SOLVER_GEODESIC_ENGINE_H
+#define LOXO_SOLVER_GEODESIC_ENGINE_H
+
+#include "base/context.h"
+#include "mesh/mesh_internal.h"
+
+#include <loxo/geodesic.h>
+
+/* Where a solve starts: a point of the surface, in the mesh's own numbers. Sorted by vertex, then by face, without
+ * repeats. A point on an edge or at a vertex names any one face that has it. */
+typedef struct geodesic_seed {
+    loxo_index vertex; /* the vertex that it is, -1 when it is inside a face or an edge */
+    loxo_index face;
+    double weight[3];  /* barycentric, of the face's corners; >= 0, sum 1 */
+    loxo_index source; /* number of the caller's source, the lowest where several are one point */
+} geodesic_seed;
+
+/* What all methods share; lives as long as the solver. */
+typedef struct geodesic_problem {
+    loxo_context *ctx;
+    const loxo_mesh *mesh;
+    loxo_mesh_view m;
+    loxo_geodesic_settings settings;
+    double mean_edge_length;
+    int64_t n_boundary_edges;
+} geodesic_problem;
+
+/* Arrays are in the mesh's order. */
+typedef struct geodesic_engine {
+    /* Workspace of create. In problem only ctx, m's counts, n_boundary_edges and settings are set. */
+    size_t (*bytes)(const geodesic_problem *problem);
+    /* Everything that no source changes. *state is set also on failure, and destroyed by the caller. */
+    loxo_status (*create)(const geodesic_problem *problem, void **state);
+    /* distance [n_vertices] out, +infinity where nothing reaches or beyond settings.max_distance; nearest [n_vertices] out,
+     * geodesic_seed.source of the seed that is nearest, -1 where there is none; NULL: not wanted. Of info it fills what
+     * is its own. Negative status: outputs are undefined; LOXO_STOPPED, LOXO_NOT_CONVERGED: usable. */
+    loxo_status (*solve)(void *state, const geodesic_seed *seeds, int64_t n_seeds, double *distance,
+                         loxo_index *nearest, loxo_geodesic_info *info);
+    void (*destroy)(void *state); /* NULL is fine */
+} geodesic_engine;
+
+#endif
