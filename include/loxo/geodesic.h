@@ -3,7 +3,7 @@
  * gradient field by ADMM (on edges or on faces), integration in breadth-first order.
  *
  * source  Tao, Zhang, Deng, Fang, Peng, He 2021, Parallel and Scalable Heat Methods for Geodesic Distance Computation,
- *         IEEE TPAMI 43(2), sections 3, 4, 5.1, 5.2. What differs is said in src/solver/geodesic/README.md. */
+ *         IEEE TPAMI 43(2), sections 3, 4, 5.1, 5.2. What differs is said in src/solver/geodesic/parallel_heat/README.md. */
 #ifndef LOXO_GEODESIC_H
 #define LOXO_GEODESIC_H
 
@@ -15,10 +15,21 @@ extern "C" {
 
 typedef struct loxo_geodesic loxo_geodesic;
 
+/* Every method, its name on the command line and what it is: the one list. */
+#define LOXO_GEODESIC_METHOD_LIST(X)                                                                                   \
+    X(EDGE, edge, "parallel heat, section 4: differences along edges; least memory")                                   \
+    X(FACE, face, "parallel heat, section 3: gradients on faces; a little more accurate")
+
 typedef enum loxo_geodesic_method {
-    LOXO_GEODESIC_EDGE, /* section 4: differences along edges; least memory */
-    LOXO_GEODESIC_FACE, /* section 3: gradients on faces; a little more accurate */
+#define LOXO_GEODESIC_METHOD_ROW(NAME, name, help) LOXO_GEODESIC_##NAME,
+    LOXO_GEODESIC_METHOD_LIST(LOXO_GEODESIC_METHOD_ROW)
+#undef LOXO_GEODESIC_METHOD_ROW
+        LOXO_GEODESIC_N_METHODS
 } loxo_geodesic_method;
+
+/* "edge", and one line on it; "unknown" outside the list. */
+LOXO_API const char *loxo_geodesic_method_name(loxo_geodesic_method method);
+LOXO_API const char *loxo_geodesic_method_help(loxo_geodesic_method method);
 
 typedef enum loxo_geodesic_diffusion {
     LOXO_DIFFUSION_MARCHING, /* a window of breadth-first levels moves outward once; stops by tolerance */
@@ -111,7 +122,7 @@ LOXO_API loxo_status loxo_geodesic_create(loxo_context *ctx, const loxo_mesh *me
  *              LOXO_ERR_MEMORY: distance is untouched in all three;
  *              LOXO_ERR_ARGUMENT: no source, or one out of range (element): distance is untouched;
  *              LOXO_ERR_MESH: a source without faces; LOXO_ERR_NUMERIC: distances that are not finite, from heat that
- *              met over ways of very different edge lengths (src/solver/geodesic/README.md)
+ *              met over ways of very different edge lengths (src/solver/geodesic/parallel_heat/README.md)
  * cost         linear time; same bits for any thread count; allocates nothing that grows with the mesh for one source on
  *              a sphere or disk that is no long strip; for several sources or other surfaces what the global constraints take, and after a
  *              repair the copies of split sources */

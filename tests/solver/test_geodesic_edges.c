@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT
  * The edges of what can be asked: sources, tiny and bad meshes, several pieces, settings out of range. Each has a
  * defined answer or a clear error. */
+#include "base/options.h"
 #include "surfaces.h"
 
 #include <loxo/geodesic.h>
@@ -349,4 +350,24 @@ TEST(no_iterations_give_the_directions_as_they_are)
     }
     loxo_release(test_context, distance);
     surface_destroy(&s);
+}
+
+/* The constant, the choice of the command line and the one line of help come from one list. */
+TEST(methods_have_names)
+{
+    CHECK_TEXT(loxo_geodesic_method_name(LOXO_GEODESIC_EDGE), "edge");
+    CHECK_TEXT(loxo_geodesic_method_name(LOXO_GEODESIC_FACE), "face");
+    for (int method = 0; method < LOXO_GEODESIC_N_METHODS; ++method) {
+        loxo_geodesic_settings settings = loxo_geodesic_settings_default();
+        size_t bytes = 0;
+        double seconds = 0.0;
+        CHECK_OK(loxo_options_set(test_context, "geodesic", loxo_geodesic_options, &settings, "method",
+                                  loxo_geodesic_method_name((loxo_geodesic_method)method)));
+        CHECK_EQUAL(settings.method, method);
+        CHECK(strlen(loxo_geodesic_method_help(settings.method)) > 10);
+        CHECK_OK(loxo_geodesic_estimate(test_context, 1000, 2000, &settings, &bytes, &seconds));
+        CHECK(bytes >= 8 * 1000 && seconds > 0.0);
+    }
+    CHECK_TEXT(loxo_geodesic_method_name(LOXO_GEODESIC_N_METHODS), "unknown");
+    CHECK_TEXT(loxo_geodesic_method_help((loxo_geodesic_method)-1), "unknown");
 }

@@ -6,6 +6,7 @@
 #include "par/range.h"
 #include "solver/geodesic/geodesic_internal.h"
 
+#include <math.h>
 #include <string.h>
 
 /* Breaches |d(a) - d(b)| / |ab| - 1 are counted in bins that grow by a quarter of an octave from 2^-20 on; a percentile
@@ -46,13 +47,14 @@ static double percentile(const breach_counts *c, double share)
 
 /* Faces begin..end-1: their edges, each at the lower of its two half-edges, and their gradients. sums: area of reached
  * faces, area where the gradient's length is off by over a tenth. */
-static void look_at_faces(const loxo_geodesic *g, int64_t begin, int64_t end, breach_counts *c, double *sums)
+static void look_at_faces(const loxo_mesh_view *m, const double *distance, int64_t begin, int64_t end, breach_counts *c,
+                          double *sums)
 {
     for (int64_t f = begin; f < end; ++f) {
-        const loxo_index *v = &g->m.halfedge_vertex[3 * f], *twin = &g->m.halfedge_twin[3 * f];
-        const double d[3] = {g->distance[v[0]], g->distance[v[1]], g->distance[v[2]]};
+        const loxo_index *v = &m->halfedge_vertex[3 * f], *twin = &m->halfedge_twin[3 * f];
+        const double d[3] = {distance[v[0]], distance[v[1]], distance[v[2]]};
         if (!(d[0] + d[1] + d[2] < HUGE_VAL)) continue;
-        const loxo_vec3 a = k_position(&g->m, v[0]), b = k_position(&g->m, v[1]), o = k_position(&g->m, v[2]);
+        const loxo_vec3 a = k_position(m, v[0]), b = k_position(m, v[1]), o = k_position(m, v[2]);
         const loxo_vec3 edge[3] = {v3_sub(b, a), v3_sub(o, b), v3_sub(a, o)};
         for (int k = 0; k < 3; ++k) {
             if (twin[k] >= 0 && twin[k] < 3 * f + k) continue;
@@ -73,35 +75,40 @@ static void look_at_faces(const loxo_geodesic *g, int64_t begin, int64_t end, br
 }
 
 typedef struct look_arg {
-    const loxo_geodesic *g;
+    const geodesic_problem *problem;
+    const double *distance;
     breach_counts *counts; /* one a thread: whole numbers, so it does not matter which thread counts what */
 } look_arg;
 
 static void partial_look(int64_t begin, int64_t end, const void *arg, double *sums)
 {
     const look_arg *a = arg;
-    look_at_faces(a->g, begin, end, &a->counts[loxo_thread_id()], sums);
+    look_at_faces(&a->problem->m, a->distance, begin, end, &a->counts[loxo_thread_id()], sums);
 }
 
+/* sums: not a number, below zero by more than rounding. */
 static void partial_distance(int64_t begin, int64_t end, const void *arg, double *sums)
 {
-    const loxo_geodesic *g = arg;
-    for (int64_t p = begin; p < end; ++p) {
-        sums[0] += isfinite(g->value[2 * p + 1]) ? 0.0 : 1.0;
-        sums[1] += g->value[2 * p + 1] < -0.1 * g->mean_edge_length ? 1.0 : 0.0;
+    const look_arg *a = arg;
+    const double least = -0.1 * a->problem->mean_edge_length;
+    for (int64_t v = begin; v < end; ++v) {
+        sums[0] += isnan(a->distance[v]) ? 1.0 : 0.0;
+        sums[1] += a->distance[v] < least ? 1.0 : 0.0;
     }
 }
 
-loxo_status geodesic_check(loxo_geodesic *g, loxo_geodesic_info *info)
+loxo_status geodesic_check(const geodesic_problem *problem, const double *distance, loxo_geodesic_info *info)
 {
-    const int n_threads = loxo_context_n_threads(g->ctx);
-    breach_counts total, *counts = loxo_allocate_zero(g->ctx, n_threads, sizeof *counts);
-    const look_arg arg = {g, counts};
+    loxo_context *ctx = problem->ctx;
+    const int64_t n = problem->m.n_vertices;
+    const int n_threads = loxo_context_n_threads(ctx);
+    breach_counts total, *counts = loxo_allocate_zero(ctx, n_threads, sizeof *counts);
+    const look_arg arg = {problem, distance, counts};
     double sums[2] = {0.0, 0.0}, n_bad[2] = {0.0, 0.0};
     loxo_status status = LOXO_OK;
     if (counts == NULL) return LOXO_ERR_MEMORY;
-    if ((status = loxo_sum(g->ctx, g->m.n_faces, 2, partial_look, &arg, sums)) < 0) {
-        loxo_release(g->ctx, counts);
+    if ((status = loxo_sum(ctx, problem->m.n_faces, 2, partial_look, &arg, sums)) < 0) {
+        loxo_release(ctx, counts);
         return status;
     }
     memset(&total, 0, sizeof total);
@@ -111,13 +118,13 @@ loxo_status geodesic_check(loxo_geodesic *g, loxo_geodesic_info *info)
         for (int b = 0; b < N_BINS; ++b)
             total.bin[b] += counts[t].bin[b];
     }
-    loxo_release(g->ctx, counts);
-    if ((status = loxo_sum(g->ctx, g->n_reached, 2, partial_distance, g, n_bad)) < 0) return status;
+    loxo_release(ctx, counts);
+    if ((status = loxo_sum(ctx, n, 2, partial_distance, &arg, n_bad)) < 0) return status;
 
     double farthest = 0.0;
-#pragma omp parallel for num_threads(loxo_threads_for(g->ctx, g->n_reached, 1.0)) reduction(max : farthest)
-    for (int64_t p = 0; p < g->n_reached; ++p)
-        if (g->value[2 * p + 1] > farthest) farthest = g->value[2 * p + 1];
+#pragma omp parallel for num_threads(loxo_threads_for(ctx, n, 1.0)) reduction(max : farthest)
+    for (int64_t v = 0; v < n; ++v)
+        if (distance[v] > farthest && distance[v] < HUGE_VAL) farthest = distance[v];
     info->distance_max = farthest;
     info->breach_percentile_50 = percentile(&total, 0.50);
     info->breach_percentile_90 = percentile(&total, 0.90);
@@ -125,8 +132,8 @@ loxo_status geodesic_check(loxo_geodesic *g, loxo_geodesic_info *info)
     info->breach_max = total.max;
     info->gradient_share = sums[0] > 0.0 ? sums[1] / sums[0] : 0.0;
     info->n_negative = (int64_t)n_bad[1];
-    info->check_passed = info->gradient_share <= g->settings.check_gradient_share &&
-                         info->breach_percentile_99 <= g->settings.check_breach;
-    if (n_bad[0] > 0.0) return loxo_fail(g->ctx, LOXO_ERR_NUMERIC, "geodesic: %.0f distances are not finite", n_bad[0]);
+    info->check_passed = info->gradient_share <= problem->settings.check_gradient_share &&
+                         info->breach_percentile_99 <= problem->settings.check_breach;
+    if (n_bad[0] > 0.0) return loxo_fail(ctx, LOXO_ERR_NUMERIC, "geodesic: %.0f distances are not finite", n_bad[0]);
     return LOXO_OK;
 }

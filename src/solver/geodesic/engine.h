@@ -17,13 +17,14 @@ typedef struct geodesic_seed {
     loxo_index source; /* number of the caller's source, the lowest where several are one point */
 } geodesic_seed;
 
-/* What all methods share; lives as long as the solver. */
+/* What all methods share; lives as long as the solver, at one place. */
 typedef struct geodesic_problem {
     loxo_context *ctx;
     const loxo_mesh *mesh;
     loxo_mesh_view m;
     loxo_geodesic_settings settings;
     double mean_edge_length;
+    double area;
     int64_t n_boundary_edges;
 } geodesic_problem;
 
@@ -31,14 +32,33 @@ typedef struct geodesic_problem {
 typedef struct geodesic_engine {
     /* Workspace of create. In problem only ctx, m's counts, n_boundary_edges and settings are set. */
     size_t (*bytes)(const geodesic_problem *problem);
+    /* Nanoseconds of a solve a vertex, one thread, measured: for estimates. */
+    double vertex_ns;
     /* Everything that no source changes. *state is set also on failure, and destroyed by the caller. */
     loxo_status (*create)(const geodesic_problem *problem, void **state);
     /* distance [n_vertices] out, +infinity where nothing reaches or beyond settings.max_distance; nearest [n_vertices] out,
      * geodesic_seed.source of the seed that is nearest, -1 where there is none; NULL: not wanted. Of info it fills what
-     * is its own. Negative status: outputs are undefined; LOXO_STOPPED, LOXO_NOT_CONVERGED: usable. */
+     * is its own, workspace_bytes too; total_s, peak_bytes, what concerns sources and the check are the caller's. A
+     * distance that came out not finite is left as NaN: the check refuses it. Negative status: outputs are undefined;
+     * LOXO_STOPPED, LOXO_NOT_CONVERGED, after loxo_fail: usable. */
     loxo_status (*solve)(void *state, const geodesic_seed *seeds, int64_t n_seeds, double *distance,
                          loxo_index *nearest, loxo_geodesic_info *info);
     void (*destroy)(void *state); /* NULL is fine */
+
+    /* The rest may be NULL. */
+
+    /* Room for n_vertices distances inside the workspace, which stands until the next solve and which solve may be given
+     * as distance; without it such an array is allocated once. */
+    double *(*room)(void *state);
+    /* Of methods that diffuse heat: loxo_geodesic_heat, and a heat that the next solve takes instead of diffusing.
+     * LOXO_ERR_ARGUMENT: no heat yet; not finite. */
+    loxo_status (*heat)(const void *state, double *value, int32_t *scale);
+    loxo_status (*give_heat)(void *state, const double *value, const int32_t *scale);
 } geodesic_engine;
+
+/* One a method: geodesic_engine_edge and so on. */
+#define GEODESIC_ENGINE_ROW(NAME, name, help) extern const geodesic_engine geodesic_engine_##name;
+LOXO_GEODESIC_METHOD_LIST(GEODESIC_ENGINE_ROW)
+#undef GEODESIC_ENGINE_ROW
 
 #endif

@@ -1,145 +1,25 @@
 /* SPDX-License-Identifier: MIT
- * Inside of the geodesic solver: its workspace, laid out once, and the phases of a solve. */
+ * Inside of the geodesic solver: what is done for every method alike. */
 #ifndef LOXO_SOLVER_GEODESIC_INTERNAL_H
 #define LOXO_SOLVER_GEODESIC_INTERNAL_H
 
-#include "base/arena.h"
-#include "base/context.h"
-#include "kernel/diffusion_kernel.h"
-#include "kernel/variants.h"
-#include "mesh/mesh_internal.h"
-#include "mesh/topology.h"
+#include "solver/geodesic/engine.h"
 
-#include <loxo/geodesic.h>
-
-#define MAX_UPDATES 400 /* a level that has not settled after so many is left to settle.c */
-/* Rows of a level are relaxed in blocks of so many; neighbours in other blocks of the level count with their value of
- * the step before. Part of the answer: another number gives other bits. */
-#define BLOCK_ROWS 64
-/* Of LOXO_DIFFUSION_SWEEPS: scales of a level, and of a vertex and its inner neighbours, are at most so far apart. */
-#define OCTAVES_APART 32
-
-/* Blocks, counted in their level, that a block's rows have neighbours in: first to last of the level inside, of its own and
- * of the level outside; last before first: none. */
-typedef struct block_reach {
-    int32_t first[3], last[3];
-} block_reach;
-
-/* Arrays in breadth-first order stand at index p («place»), those of the mesh at v or f or h. */
 struct loxo_geodesic {
-    loxo_context *ctx;
-    const loxo_mesh *mesh;
-    loxo_mesh_view m;
-    loxo_geodesic_settings settings;
-    const k_variant *kernels;
-
-    double mean_edge_length, time;
-    double area; /* in units of mean_edge_length^2 */
-    int64_t n_boundary_edges;
-    loxo_chains cycles;
-    double prepare_s, clock_s;
-    bool has_heat;
-
-    loxo_arena arena;
-    /* rows of the cotangent matrix in the mesh's order, areas in units of mean_edge_length^2 */
-    k_fan *fan;         /* [n_vertices + 1] */
-    k_entry *fan_entry; /* [3 n_faces + n_boundary_edges] */
-    /* breadth-first levels of the current sources: 3 arrays of 4 bytes a vertex, and a little */
-    loxo_index *order;       /* [n_vertices] place -> vertex; the reached ones first */
-    loxo_index *rank;        /* [n_vertices] vertex -> place; -1 not reached */
-    loxo_index *parent;      /* [n_vertices] place -> place of the vertex that found it, -1 at sources */
-    loxo_index *level_begin; /* [most_levels + 1] level -> its first place */
-    loxo_index *more_levels; /* where level_begin stands when a surface is long and thin; an allocation of its own */
-    int64_t most_levels, n_levels, n_reached;
-
-    /* heat: value * 2^scale, at place p in value[2 p] and, once final, also in value[2 p + 1] */
-    double *value;  /* [2 n_vertices]; after the recovery value[2 p + 1] is the distance */
-    int32_t *scale; /* [n_vertices] */
-
-    /* one stretch of memory, used by the diffusion first, then by the recovery */
-    float *first;       /* [n_vertices] first estimate, in the unit of scale */
-    k_change *change;   /* [n_ring] of the blocks of the levels in flight, and */
-    block_reach *reach; /* [n_ring] whom they look at, see geodesic_block */
-    int64_t n_ring;
-    k_row *row;     /* [n_vertices + 1] */
-    k_entry *entry; /* [3 n_faces + n_boundary_edges] */
-
-    loxo_index *found_by; /* [n_vertices] in the mesh's order: the vertex above in the tree, see tree.h; -1: none */
-    /* heat in the mesh's order, while the directions are made */
-    double *vertex_value;  /* [n_vertices] */
-    int32_t *vertex_scale; /* [n_vertices] K_NOT_REACHED where there is none */
-    double *distance;      /* [n_vertices] the result in the mesh's order, over closure or face_area */
-
-    /* edge-based recovery, over the same stretch; see admm_edge.c */
-    double *closure;      /* [n_faces], over vertex_value and vertex_scale */
-    double *multiplier;   /* [n_faces] */
-    double *potential[2]; /* [n_faces] */
-    double *difference;   /* [3 n_faces], over multiplier and potential, before ADMM begins */
-    /* face-based recovery, over the same stretch; see admm_face.c */
-    double *face_area;          /* [n_faces] */
-    double (*side_square)[3];   /* [n_faces] squared lengths of its half-edges */
-    double (*target)[2];        /* [n_faces] h, by its products with the first two half-edges */
-    double (*face_gradient)[2]; /* [n_faces] g, alike */
-    double *push[2];            /* [3 n_faces]; over the second vertex_value and vertex_scale */
+    geodesic_problem problem;
+    const geodesic_engine *engine;
+    void *state;
+    double *distance; /* [n_vertices] of the last solve, in the mesh's order; in the engine's room where it has one */
+    double *own_distance; /* else here */
+    double prepare_s;
 };
 
-/* What a phase tells besides its status. */
-typedef struct diffusion_result {
-    int64_t n_updates, max_window, n_nonpositive;
-    int64_t n_forced;    /* levels left before they were calm; settling makes that good */
-    int64_t n_unsettled; /* cells of 64 places that settling could not calm either */
-    double change;       /* estimate of the directions' change still to come */
-    bool is_settled;     /* it is within the tolerance everywhere */
-    bool stopped;
-} diffusion_result;
+/* sources.c: the caller's sources as seeds, in a new array that the caller releases. Of a vertex that a repair has split
+ * every copy is a seed. LOXO_ERR_ARGUMENT, LOXO_ERR_MESH with the element. */
+loxo_status geodesic_seeds_from_vertices(const geodesic_problem *problem, const loxo_index *sources, int64_t n_sources,
+                                         geodesic_seed **seeds, int64_t *n_seeds);
 
-/* fans.c: fan and fan_entry. LOXO_OK, LOXO_ERR_MEMORY, LOXO_ERR_STOPPED. */
-loxo_status geodesic_make_fans(loxo_geodesic *g);
-
-/* Where block b of a level stands in the ring. Levels of the window never meet there: it has room for all blocks of the
- * mesh were they full, and for one that is not in each of MAX_UPDATES levels and some more. */
-static inline int64_t geodesic_block(const loxo_geodesic *g, int64_t level, int64_t b)
-{
-    return (g->level_begin[level] / BLOCK_ROWS + level + b) % g->n_ring;
-}
-
-/* levels.c: breadth-first levels from sources (places 0..n-1, sorted, without repeats); of every place the beginning and
- * the entries of its row (slot a place, coefficient the weight) and, in weight, its area. */
-loxo_status geodesic_find_levels(loxo_geodesic *g, const loxo_index *sources, int64_t n_sources);
-
-/* diffusion.c */
-loxo_status geodesic_march(loxo_geodesic *g, diffusion_result *result);
-loxo_status geodesic_sweep(loxo_geodesic *g, diffusion_result *result);
-
-/* settle.c: finds the places that the march left unsettled and relaxes them until they are. */
-void geodesic_settle(loxo_geodesic *g, double tolerance, diffusion_result *result);
-
-/* diffusion_rows.c: the three acts that make the rows of a block of places of one level. */
-void geodesic_build_rows(loxo_geodesic *g, int64_t level, int64_t begin, int64_t end, bool is_plain);
-void geodesic_link_level(loxo_geodesic *g, int64_t level, int64_t begin, int64_t end);
-void geodesic_link_outward(loxo_geodesic *g, int64_t level, int64_t begin, int64_t end);
-
-/* Chains of global constraints: cycles of the mesh and paths between sources. */
-loxo_status geodesic_find_chains(loxo_geodesic *g, int64_t n_sources, loxo_chains *chains);
-
-/* admm_edge.c, admm_face.c: from the heat to differences along the tree's edges, in value[2 p + 1]. */
-loxo_status geodesic_recover_edge(loxo_geodesic *g, const loxo_chains *chains, loxo_geodesic_info *info);
-loxo_status geodesic_recover_face(loxo_geodesic *g, const loxo_chains *chains, loxo_geodesic_info *info);
-
-/* flat_faces.c: differences along the three half-edges of each face that has no direction, in place, and of the
- * face-based method targets. LOXO_OK, LOXO_ERR_MEMORY. */
-loxo_status geodesic_fill_flat_faces(loxo_geodesic *g, double *difference);
-
-/* From value, scale and parent, at places, to vertex_value, vertex_scale and found_by. */
-void geodesic_heat_to_vertices(loxo_geodesic *g);
-
-/* integrate.c: sums the differences outward, in place. */
-void geodesic_integrate(loxo_geodesic *g);
-/* check.c: looks at the distances, in g->distance. */
-loxo_status geodesic_check(loxo_geodesic *g, loxo_geodesic_info *info);
-
-/* geodesic.c: adds the time since the last call to a phase; tells the monitor of an ADMM iteration. */
-void geodesic_clock(loxo_geodesic *g, loxo_geodesic_phase phase, loxo_geodesic_info *info);
-bool geodesic_tell_iteration(loxo_geodesic *g, int64_t iteration, const loxo_geodesic_info *info);
+/* check.c: looks at distances in the mesh's order. LOXO_ERR_NUMERIC: one is not a number. */
+loxo_status geodesic_check(const geodesic_problem *problem, const double *distance, loxo_geodesic_info *info);
 
 #endif

@@ -26,7 +26,9 @@ loxo_geodesic_settings loxo_geodesic_settings_default(void)
 
 #define FIELD(name) offsetof(loxo_geodesic_settings, name)
 
-static const char *const methods[] = {"edge", "face", NULL};
+#define CHOICE(NAME, name, help) #name,
+#define HELP(NAME, name, help)   help,
+static const char *const methods[] = {LOXO_GEODESIC_METHOD_LIST(CHOICE) NULL};
 static const char *const diffusions[] = {"marching", "sweeps", NULL};
 
 const loxo_option loxo_geodesic_options[] = {
@@ -34,7 +36,7 @@ const loxo_option loxo_geodesic_options[] = {
      .type = LOXO_OPTION_CHOICE,
      .offset = FIELD(method),
      .choices = methods,
-     .help = "recovery of the distance: differences along edges, or gradients on faces"},
+     .help = "how distances are found: parallel heat by differences along edges, or by gradients on faces"},
     {.name = "diffusion",
      .type = LOXO_OPTION_CHOICE,
      .offset = FIELD(diffusion),
@@ -101,3 +103,14 @@ const loxo_option loxo_geodesic_options[] = {
      .help = "largest 99th percentile of |d(a) - d(b)| / |ab| - 1 over the edges"},
     {.name = NULL},
 };
+
+const char *loxo_geodesic_method_name(loxo_geodesic_method method)
+{
+    return method >= 0 && method < LOXO_GEODESIC_N_METHODS ? methods[method] : "unknown";
+}
+
+const char *loxo_geodesic_method_help(loxo_geodesic_method method)
+{
+    static const char *const helps[] = {LOXO_GEODESIC_METHOD_LIST(HELP)};
+    return method >= 0 && method < LOXO_GEODESIC_N_METHODS ? helps[method] : "unknown";
+}

@@ -4,7 +4,7 @@
  * they touch are relaxed in place, outward and inward by turns, until they are calm. On a regular mesh there are none
  * and this costs one look at every row. */
 #include "par/range.h"
-#include "solver/geodesic/geodesic_internal.h"
+#include "solver/geodesic/parallel_heat/parallel_heat_internal.h"
 
 #define CELL_ROWS           64     /* places are woken and put to rest by so many */
 #define WAKE_OVER_TOLERANCE 4.0    /* a cell wakes when one relaxing would change it by more than so many tolerances, */
@@ -26,13 +26,13 @@ typedef struct cell {
 
 _Static_assert(sizeof(cell) <= sizeof(block_reach), "cells must fit where the blocks' reach was");
 
-static loxo_range places_of(const loxo_geodesic *g, int64_t c)
+static loxo_range places_of(const parallel_heat *g, int64_t c)
 {
     const int64_t begin = c * CELL_ROWS, end = begin + CELL_ROWS;
     return (loxo_range){begin, end < g->n_reached ? end : g->n_reached};
 }
 
-static double row_step(const loxo_geodesic *g, int64_t place)
+static double row_step(const parallel_heat *g, int64_t place)
 {
     const double constant = place < g->level_begin[1] ? (double)g->first[place] : 0.0;
     return k_row_step(g->row, g->entry, constant, g->value, place);
@@ -47,7 +47,7 @@ static double relative(double moved, double size)
 }
 
 /* Relative change of a cell if it were relaxed now. */
-static double cell_change(const loxo_geodesic *g, int64_t c)
+static double cell_change(const parallel_heat *g, int64_t c)
 {
     const loxo_range r = places_of(g, c);
     double moved = 0.0, size = 0.0;
@@ -59,7 +59,7 @@ static double cell_change(const loxo_geodesic *g, int64_t c)
     return relative(moved, size);
 }
 
-static double relax_cell(loxo_geodesic *g, int64_t c, bool is_inward)
+static double relax_cell(parallel_heat *g, int64_t c, bool is_inward)
 {
     const loxo_range r = places_of(g, c);
     double moved = 0.0, size = 0.0;
@@ -73,7 +73,7 @@ static double relax_cell(loxo_geodesic *g, int64_t c, bool is_inward)
     return relative(moved, size);
 }
 
-static void wake_neighbours(const loxo_geodesic *g, int64_t c, cell *cells)
+static void wake_neighbours(const parallel_heat *g, int64_t c, cell *cells)
 {
     const loxo_range r = places_of(g, c);
     for (uint32_t k = g->row[r.begin].begin; k < g->row[r.end].begin; ++k)
@@ -92,7 +92,7 @@ static double change_to_come(double now, double before)
 
 /* One pass over what is awake. Returns the largest change, 0 when nothing is awake any more; HUGE_VAL: values are not
  * finite. */
-static double pass(loxo_geodesic *g, cell *cells, int64_t n_cells, double tolerance, bool is_inward, int64_t *n_updates,
+static double pass(parallel_heat *g, cell *cells, int64_t n_cells, double tolerance, bool is_inward, int64_t *n_updates,
                    double *work)
 {
     double most = 0.0;
@@ -116,7 +116,7 @@ static double pass(loxo_geodesic *g, cell *cells, int64_t n_cells, double tolera
 }
 
 /* Relative change to come, root mean square over all places, weighted by area as everywhere. */
-static double estimate(const loxo_geodesic *g, const cell *cells, int64_t n_cells)
+static double estimate(const parallel_heat *g, const cell *cells, int64_t n_cells)
 {
     double moved = 0.0, size = 0.0;
     for (int64_t c = 0; c < n_cells; ++c) {
@@ -132,7 +132,7 @@ static double estimate(const loxo_geodesic *g, const cell *cells, int64_t n_cell
 }
 
 /* Wakes what one relaxing would change by more than `most`. */
-static int64_t wake(const loxo_geodesic *g, cell *cells, int64_t n_cells, double most)
+static int64_t wake(const parallel_heat *g, cell *cells, int64_t n_cells, double most)
 {
     int64_t n_awake = 0;
 #pragma omp parallel num_threads(loxo_threads_for(g->ctx, g->n_reached, 8.0)) reduction(+ : n_awake)
@@ -148,7 +148,7 @@ static int64_t wake(const loxo_geodesic *g, cell *cells, int64_t n_cells, double
 }
 
 /* Passes until nothing is awake. False: stopped, or given up. */
-static bool relax_awake(loxo_geodesic *g, cell *cells, int64_t n_cells, double tolerance, diffusion_result *result)
+static bool relax_awake(parallel_heat *g, cell *cells, int64_t n_cells, double tolerance, diffusion_result *result)
 {
     const double most_work = MAX_WORK + MAX_WORK_A_VERTEX * (double)g->n_reached;
     double change = 1.0, work = 0.0;
@@ -162,7 +162,7 @@ static bool relax_awake(loxo_geodesic *g, cell *cells, int64_t n_cells, double t
     return true;
 }
 
-void geodesic_settle(loxo_geodesic *g, double tolerance, diffusion_result *result)
+void heat_settle(parallel_heat *g, double tolerance, diffusion_result *result)
 {
     const int64_t n_cells = (g->n_reached + CELL_ROWS - 1) / CELL_ROWS, n_before = result->n_updates;
     cell *cells = (cell *)(void *)g->reach;

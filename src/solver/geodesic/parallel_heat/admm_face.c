@@ -5,13 +5,13 @@
 #include "kernel/admm_kernel.h"
 #include "kernel/descent_kernel.h"
 #include "par/range.h"
-#include "solver/geodesic/admm.h"
-#include "solver/geodesic/chains.h"
-#include "solver/geodesic/tree.h"
+#include "solver/geodesic/parallel_heat/admm.h"
+#include "solver/geodesic/parallel_heat/chains.h"
+#include "solver/geodesic/parallel_heat/tree.h"
 
 #include <string.h>
 
-static loxo_vec3 halfedge_vector(const loxo_geodesic *g, loxo_index h)
+static loxo_vec3 halfedge_vector(const parallel_heat *g, loxo_index h)
 {
     return v3_sub(k_position(&g->m, k_head(&g->m, h)), k_position(&g->m, g->m.halfedge_vertex[h]));
 }
@@ -24,7 +24,7 @@ static double along(const double (*gradient)[2], loxo_index h)
 }
 
 typedef struct residual_arg {
-    const loxo_geodesic *g;
+    const parallel_heat *g;
     const double (*now)[2];
     const double *push, *push_before;
 } residual_arg;
@@ -42,7 +42,7 @@ static double square_times_area(loxo_vec3 e_0, loxo_vec3 e_1, double x_0, double
 static void partial_residuals(int64_t begin, int64_t end, const void *arg, double *sums)
 {
     const residual_arg *a = arg;
-    const loxo_geodesic *g = a->g;
+    const parallel_heat *g = a->g;
     for (int64_t f = begin; f < end; ++f) {
         const loxo_index *corner = &g->m.halfedge_vertex[3 * f], *twin = &g->m.halfedge_twin[3 * f];
         const loxo_vec3 p = k_position(&g->m, corner[1]);
@@ -81,20 +81,20 @@ typedef struct face_chains {
 } face_chains;
 
 typedef struct face_problem {
-    loxo_geodesic *g;
+    parallel_heat *g;
     const loxo_chains *chains;
     face_chains s;
 } face_problem;
 
 /* Iterate 0 is the target itself. */
-static const double (*iterate_of(const loxo_geodesic *g, int64_t number))[2]
+static const double (*iterate_of(const parallel_heat *g, int64_t number))[2]
 {
     return number == 0 ? (const double(*)[2])g->target : (const double(*)[2])g->face_gradient;
 }
 
 static void iterate(void *arg, int64_t begin, int64_t end, int64_t from)
 {
-    const loxo_geodesic *g = ((const face_problem *)arg)->g;
+    const parallel_heat *g = ((const face_problem *)arg)->g;
     g->kernels->admm_face(&g->m, g->settings.penalty, begin, end, g->face_area, (const double(*)[3])g->side_square,
                           (const double(*)[2])g->target, iterate_of(g, from), g->face_gradient, g->push[from & 1],
                           g->push[1 - (from & 1)]);
@@ -102,7 +102,7 @@ static void iterate(void *arg, int64_t begin, int64_t end, int64_t from)
 
 static loxo_status find_residuals(void *arg, int64_t number, loxo_geodesic_info *info)
 {
-    const loxo_geodesic *g = ((const face_problem *)arg)->g;
+    const parallel_heat *g = ((const face_problem *)arg)->g;
     const residual_arg both = {g, (const double(*)[2])g->face_gradient, g->push[number & 1], g->push[1 - (number & 1)]};
     double sums[4];
     const loxo_status status = loxo_sum(g->ctx, g->m.n_faces, 4, partial_residuals, &both, sums);
@@ -124,7 +124,7 @@ static void face_chains_destroy(loxo_context *ctx, face_chains *s)
     *s = (face_chains){0};
 }
 
-static loxo_status face_chains_create(const loxo_geodesic *g, const loxo_chains *chains, face_chains *s)
+static loxo_status face_chains_create(const parallel_heat *g, const loxo_chains *chains, face_chains *s)
 {
     loxo_context *ctx = g->ctx;
     const int64_t n = chains->chain_begin[chains->n_chains];
@@ -157,7 +157,7 @@ done:
     return status;
 }
 
-static loxo_vec3 walked(const loxo_geodesic *g, const loxo_chains *chains, int64_t i)
+static loxo_vec3 walked(const parallel_heat *g, const loxo_chains *chains, int64_t i)
 {
     return v3_scale((double)chains->sign[i], halfedge_vector(g, chains->halfedge[i]));
 }
@@ -175,7 +175,7 @@ static double chain_sum(const loxo_chains *chains, int64_t c, const double (*gra
 static void pull_chains(void *arg, int64_t number)
 {
     face_problem *problem = arg;
-    const loxo_geodesic *g = problem->g;
+    const parallel_heat *g = problem->g;
     const loxo_chains *chains = problem->chains;
     face_chains *s = &problem->s;
     const double(*gradient)[2] = iterate_of(g, number);
@@ -209,7 +209,7 @@ static void pull_chains(void *arg, int64_t number)
 /* After it: the g-update of the faces that chains touch, with the chains' copies on top of the edges'. */
 static void apply_pulls(void *arg, int64_t number)
 {
-    const loxo_geodesic *g = ((const face_problem *)arg)->g;
+    const parallel_heat *g = ((const face_problem *)arg)->g;
     const face_chains *s = &((const face_problem *)arg)->s;
     const double mu = g->settings.penalty;
     for (int64_t k = 0; k < s->n; ++k) {
@@ -229,16 +229,16 @@ static void apply_pulls(void *arg, int64_t number)
 }
 
 /* (18): the step along a tree's edge, mean over the faces beside it. */
-static void finish_tree(loxo_geodesic *g, const double (*gradient)[2])
+static void finish_tree(parallel_heat *g, const double (*gradient)[2])
 {
 #pragma omp parallel num_threads(loxo_threads_for(g->ctx, g->m.n_faces, 3.0))
     {
         const loxo_range r = loxo_thread_range(g->m.n_faces);
         for (int64_t f = r.begin; f < r.end; ++f) {
-            geodesic_prefetch_steps(g, f);
+            heat_prefetch_steps(g, f);
             for (loxo_index h = (loxo_index)(3 * f); h < 3 * f + 3; ++h) {
                 double sign;
-                const loxo_index v = geodesic_led_to(g, h, &sign), t = g->m.halfedge_twin[h];
+                const loxo_index v = heat_led_to(g, h, &sign), t = g->m.halfedge_twin[h];
                 if (v < 0) continue;
                 const double own = along(gradient, h), x = t < 0 ? own : 0.5 * (own - along(gradient, t));
                 g->value[2 * (int64_t)g->rank[v] + 1] = sign * x;
@@ -247,20 +247,20 @@ static void finish_tree(loxo_geodesic *g, const double (*gradient)[2])
     }
 }
 
-loxo_status geodesic_recover_face(loxo_geodesic *g, const loxo_chains *chains, loxo_geodesic_info *info)
+loxo_status heat_recover_face(parallel_heat *g, const loxo_chains *chains, loxo_geodesic_info *info)
 {
     face_problem p = {.g = g, .chains = chains};
     loxo_status status = LOXO_OK;
-    geodesic_heat_to_vertices(g);
+    heat_to_vertices(g);
 #pragma omp parallel num_threads(loxo_threads_for(g->ctx, g->m.n_faces, 10.0))
     {
         const loxo_range r = loxo_thread_range(g->m.n_faces);
         g->kernels->face_targets(&g->m, g->vertex_value, g->vertex_scale, r.begin, r.end, g->face_area, g->side_square,
                                  g->target, g->push[0]);
     }
-    if ((status = geodesic_fill_flat_faces(g, g->push[0])) < 0) return status;
+    if ((status = heat_fill_flat_faces(g, g->push[0])) < 0) return status;
     if (chains->n_chains > 0 && (status = face_chains_create(g, chains, &p.s)) < 0) return status;
-    geodesic_clock(g, LOXO_GEODESIC_PHASE_GRADIENT, info);
+    heat_clock(g, LOXO_GEODESIC_PHASE_GRADIENT, info);
 
     const admm_problem problem = {.g = g,
                                   .arg = &p,
@@ -269,7 +269,7 @@ loxo_status geodesic_recover_face(loxo_geodesic *g, const loxo_chains *chains, l
                                   .before = p.s.n > 0 ? pull_chains : NULL,
                                   .after = p.s.n > 0 ? apply_pulls : NULL,
                                   .test = find_residuals};
-    status = geodesic_iterate(&problem, info);
+    status = heat_iterate(&problem, info);
     if (status >= 0) {
         const double(*x)[2] = iterate_of(g, info->n_iterations);
         for (int64_t c = 0; c < chains->n_chains; ++c) {
@@ -277,7 +277,7 @@ loxo_status geodesic_recover_face(loxo_geodesic *g, const loxo_chains *chains, l
             info->constraint_residual = fmax(info->constraint_residual, fabs(chain_sum(chains, c, x)) / length);
         }
         finish_tree(g, x);
-        geodesic_clock(g, LOXO_GEODESIC_PHASE_ADMM, info);
+        heat_clock(g, LOXO_GEODESIC_PHASE_ADMM, info);
     }
     face_chains_destroy(g->ctx, &p.s);
     return status;

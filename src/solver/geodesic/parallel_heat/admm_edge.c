@@ -3,21 +3,21 @@
  * and closed around every face. State and iteration: kernel/admm_kernel.h. */
 #include "kernel/admm_kernel.h"
 #include "par/range.h"
-#include "solver/geodesic/admm.h"
-#include "solver/geodesic/chains.h"
-#include "solver/geodesic/tree.h"
+#include "solver/geodesic/parallel_heat/admm.h"
+#include "solver/geodesic/parallel_heat/chains.h"
+#include "solver/geodesic/parallel_heat/tree.h"
 
 #include <string.h>
 
 /* hbar along half-edge h: mean of the targets of its two sides. */
-static double average_of(const loxo_geodesic *g, loxo_index h)
+static double average_of(const parallel_heat *g, loxo_index h)
 {
     const loxo_index t = g->m.halfedge_twin[h];
     return t < 0 ? g->difference[h] : 0.5 * (g->difference[h] - g->difference[t]);
 }
 
 /* x - hbar along half-edge h from the potentials. */
-static double from_potential(const loxo_geodesic *g, loxo_index h, const double *potential)
+static double from_potential(const parallel_heat *g, loxo_index h, const double *potential)
 {
     const loxo_index t = g->m.halfedge_twin[h];
     return t < 0 ? potential[h / 3] : 0.5 * (potential[h / 3] - potential[t / 3]);
@@ -28,22 +28,22 @@ static double from_potential(const loxo_geodesic *g, loxo_index h, const double 
  * between the targets of an edge's two sides, which (20) keeps whatever x is. */
 static void close_faces(int64_t begin, int64_t end, const void *arg, double *sums)
 {
-    const loxo_geodesic *g = arg;
+    const parallel_heat *g = arg;
     const double *d = g->difference;
     for (int64_t f = begin; f < end; ++f) {
         double closure = 0.0, disagreement = 0.0;
-        geodesic_prefetch_steps(g, f);
+        heat_prefetch_steps(g, f);
         if ((f & 1) == 0 && f + K_AHEAD / 2 < g->m.n_faces) __builtin_prefetch(&d[3 * (f + K_AHEAD / 2)], 0, 2);
         for (loxo_index h = (loxo_index)(3 * f); h < 3 * f + 3; ++h) {
             const loxo_index t = g->m.halfedge_twin[h];
             const double other = t < 0 ? -d[h] : d[t], both = d[h] + other, average = 0.5 * (d[h] - other);
             double sign;
-            const loxo_index v = geodesic_led_to(g, h, &sign);
+            const loxo_index v = heat_led_to(g, h, &sign);
             closure += average;
             disagreement += 0.125 * both * both; /* half of it on each side */
             if (v < 0) continue;
             g->value[2 * (int64_t)g->rank[v] + 1] = sign * average;
-            geodesic_keep_halfedge(g, v, h);
+            heat_keep_halfedge(g, v, h);
         }
         g->closure[f] = closure;
         sums[0] += disagreement;
@@ -51,7 +51,7 @@ static void close_faces(int64_t begin, int64_t end, const void *arg, double *sum
 }
 
 typedef struct edge_problem {
-    loxo_geodesic *g;
+    parallel_heat *g;
     const loxo_chains *chains;
     special_edges s;
     double theta;
@@ -60,7 +60,7 @@ typedef struct edge_problem {
 /* From p = 0 and a = -closure the first iteration looks at no neighbour. */
 static void iterate_first(const edge_problem *e, int64_t begin, int64_t end)
 {
-    const loxo_geodesic *g = e->g;
+    const parallel_heat *g = e->g;
     for (int64_t f = begin; f < end; ++f) {
         g->multiplier[f] = 0.0;
         g->potential[0][f] = 0.0;
@@ -71,7 +71,7 @@ static void iterate_first(const edge_problem *e, int64_t begin, int64_t end)
 static void iterate(void *arg, int64_t begin, int64_t end, int64_t from)
 {
     const edge_problem *e = arg;
-    const loxo_geodesic *g = e->g;
+    const parallel_heat *g = e->g;
     if (from == 0)
         iterate_first(e, begin, end);
     else
@@ -80,7 +80,7 @@ static void iterate(void *arg, int64_t begin, int64_t end, int64_t from)
 }
 
 typedef struct residual_arg {
-    const loxo_geodesic *g;
+    const parallel_heat *g;
     const double *now, *before;
 } residual_arg;
 
@@ -109,7 +109,7 @@ static void partial_residuals(int64_t begin, int64_t end, const void *arg, doubl
 
 static loxo_status find_residuals(void *arg, int64_t number, loxo_geodesic_info *info)
 {
-    const loxo_geodesic *g = ((const edge_problem *)arg)->g;
+    const parallel_heat *g = ((const edge_problem *)arg)->g;
     const residual_arg both = {g, g->potential[number & 1], g->potential[1 - (number & 1)]};
     double sums[3];
     const loxo_status status = loxo_sum(g->ctx, g->m.n_faces, 3, partial_residuals, &both, sums);
@@ -122,7 +122,7 @@ static loxo_status find_residuals(void *arg, int64_t number, loxo_geodesic_info 
 }
 
 /* Starts the special edges at hbar and the chains' multipliers accordingly. */
-static void start_chains(const loxo_geodesic *g, const loxo_chains *chains, special_edges *s)
+static void start_chains(const parallel_heat *g, const loxo_chains *chains, special_edges *s)
 {
     for (int64_t i = 0; i < s->n; ++i) {
         s->edge[i].average = average_of(g, s->edge[i].halfedge);
@@ -133,7 +133,7 @@ static void start_chains(const loxo_geodesic *g, const loxo_chains *chains, spec
             s->a[c] -= chain_sign(&g->m, chains, i) * s->edge[s->of_element[i]].x;
 }
 
-static double chain_sum(const loxo_geodesic *g, const loxo_chains *chains, const special_edges *s, int64_t c)
+static double chain_sum(const parallel_heat *g, const loxo_chains *chains, const special_edges *s, int64_t c)
 {
     double sum = 0.0;
     for (int64_t i = chains->chain_begin[c]; i < chains->chain_begin[c + 1]; ++i)
@@ -145,7 +145,7 @@ static double chain_sum(const loxo_geodesic *g, const loxo_chains *chains, const
 static void update_chains(void *arg, int64_t number)
 {
     edge_problem *problem = arg;
-    loxo_geodesic *g = problem->g;
+    parallel_heat *g = problem->g;
     const loxo_chains *chains = problem->chains;
     special_edges *s = &problem->s;
     const double mu = g->settings.penalty, theta = problem->theta;
@@ -174,14 +174,14 @@ static void update_chains(void *arg, int64_t number)
 }
 
 /* The differences that came out, along the tree's edges. */
-static void finish_tree(loxo_geodesic *g, const special_edges *s, const double *potential)
+static void finish_tree(parallel_heat *g, const special_edges *s, const double *potential)
 {
     const int64_t n = g->m.n_vertices;
 #pragma omp parallel num_threads(loxo_threads_for(g->ctx, n, 4.0))
     {
         const loxo_range r = loxo_thread_range(n);
         for (int64_t v = r.begin; v < r.end; ++v) {
-            const loxo_index h = geodesic_kept_halfedge(g, v);
+            const loxo_index h = heat_kept_halfedge(g, v);
             const int64_t soon = v + PLACES_AHEAD < n ? g->rank[v + PLACES_AHEAD] : -1;
             if (soon >= 0) __builtin_prefetch(&g->value[2 * soon + 1], 1, 2);
             if (h < 0) continue;
@@ -193,14 +193,14 @@ static void finish_tree(loxo_geodesic *g, const special_edges *s, const double *
         const loxo_index h = s->edge[i].halfedge, t = g->m.halfedge_twin[h];
         const loxo_index ends[2] = {g->m.halfedge_vertex[h], k_head(&g->m, h)};
         for (int k = 0; k < 2; ++k) {
-            const loxo_index kept = geodesic_kept_halfedge(g, ends[k]);
+            const loxo_index kept = heat_kept_halfedge(g, ends[k]);
             if (kept < 0 || (kept != h && kept != t)) continue;
             g->value[2 * (int64_t)g->rank[ends[k]] + 1] += k == 1 ? s->edge[i].correction : -s->edge[i].correction;
         }
     }
 }
 
-static double worst_chain(const loxo_geodesic *g, const loxo_chains *chains, const special_edges *s)
+static double worst_chain(const parallel_heat *g, const loxo_chains *chains, const special_edges *s)
 {
     double worst = 0.0;
     for (int64_t c = 0; c < chains->n_chains; ++c) {
@@ -213,16 +213,16 @@ static double worst_chain(const loxo_geodesic *g, const loxo_chains *chains, con
 /* Differences and what is taken from them. */
 static loxo_status make_targets(edge_problem *e, double *disagreement)
 {
-    loxo_geodesic *g = e->g;
+    parallel_heat *g = e->g;
     const int64_t n_faces = g->m.n_faces;
     loxo_status status = LOXO_OK;
-    geodesic_heat_to_vertices(g);
+    heat_to_vertices(g);
 #pragma omp parallel num_threads(loxo_threads_for(g->ctx, n_faces, 8.0))
     {
         const loxo_range r = loxo_thread_range(n_faces);
         g->kernels->face_differences(&g->m, g->vertex_value, g->vertex_scale, r.begin, r.end, g->difference);
     }
-    if ((status = geodesic_fill_flat_faces(g, g->difference)) < 0) return status;
+    if ((status = heat_fill_flat_faces(g, g->difference)) < 0) return status;
     if ((status = loxo_sum(g->ctx, n_faces, 1, close_faces, g, disagreement)) < 0) return status;
     if (e->chains->n_chains == 0) return LOXO_OK;
     if ((status = special_edges_create(g->ctx, &g->m, e->chains, &e->s)) < 0) return status;
@@ -230,14 +230,14 @@ static loxo_status make_targets(edge_problem *e, double *disagreement)
     return LOXO_OK;
 }
 
-loxo_status geodesic_recover_edge(loxo_geodesic *g, const loxo_chains *chains, loxo_geodesic_info *info)
+loxo_status heat_recover_edge(parallel_heat *g, const loxo_chains *chains, loxo_geodesic_info *info)
 {
     const double mu = g->settings.penalty;
     edge_problem e = {.g = g, .chains = chains, .theta = mu / (1.0 + mu)};
     double disagreement = 0.0;
     loxo_status status = make_targets(&e, &disagreement);
     if (status < 0) return status;
-    geodesic_clock(g, LOXO_GEODESIC_PHASE_GRADIENT, info);
+    heat_clock(g, LOXO_GEODESIC_PHASE_GRADIENT, info);
 
     const admm_problem problem = {.g = g,
                                   .arg = &e,
@@ -246,12 +246,12 @@ loxo_status geodesic_recover_edge(loxo_geodesic *g, const loxo_chains *chains, l
                                   .after = e.s.n > 0 ? update_chains : NULL,
                                   .test = find_residuals};
     if (g->settings.n_iterations == 0) memset(g->potential[0], 0, (size_t)g->m.n_faces * sizeof *g->potential[0]);
-    status = geodesic_iterate(&problem, info);
+    status = heat_iterate(&problem, info);
     if (status >= 0) {
         info->objective += disagreement;
         info->constraint_residual = worst_chain(g, chains, &e.s);
         finish_tree(g, &e.s, g->potential[info->n_iterations & 1]);
-        geodesic_clock(g, LOXO_GEODESIC_PHASE_ADMM, info);
+        heat_clock(g, LOXO_GEODESIC_PHASE_ADMM, info);
     }
     special_edges_destroy(g->ctx, &e.s);
     return status;

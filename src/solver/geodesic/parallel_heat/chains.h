@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: MIT
  * Global constraints: sums along chains of edges that must vanish, eqs. (23) to (26). */
-#ifndef LOXO_SOLVER_GEODESIC_CHAINS_H
-#define LOXO_SOLVER_GEODESIC_CHAINS_H
+#ifndef LOXO_GEODESIC_PARALLEL_HEAT_CHAINS_H
+#define LOXO_GEODESIC_PARALLEL_HEAT_CHAINS_H
 
-#include "solver/geodesic/geodesic_internal.h"
+#include "solver/geodesic/parallel_heat/parallel_heat_internal.h"
 
 /* An edge that chains pass: its own x is kept, since its update differs from that of all other edges. */
 typedef struct special_edge {

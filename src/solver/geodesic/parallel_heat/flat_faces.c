@@ -3,7 +3,7 @@
  * edges would be a target like any other and pull the distance towards a constant; they take over what their neighbours
  * want instead. */
 #include "par/range.h"
-#include "solver/geodesic/geodesic_internal.h"
+#include "solver/geodesic/parallel_heat/parallel_heat_internal.h"
 
 static bool is_flat(const double *difference, int64_t f)
 {
@@ -11,7 +11,7 @@ static bool is_flat(const double *difference, int64_t f)
     return d[0] == 0.0 && d[1] == 0.0 && d[2] == 0.0;
 }
 
-static bool is_reached(const loxo_geodesic *g, int64_t f)
+static bool is_reached(const parallel_heat *g, int64_t f)
 {
     const loxo_index *v = &g->m.halfedge_vertex[3 * f];
     return g->rank[v[0]] >= 0 && g->rank[v[1]] >= 0 && g->rank[v[2]] >= 0;
@@ -19,7 +19,7 @@ static bool is_reached(const loxo_geodesic *g, int64_t f)
 
 /* Edges to faces with a direction get the difference that these want. The others share, by their length, what closes the
  * face. */
-static void fill(const loxo_geodesic *g, double *difference, int64_t f)
+static void fill(const parallel_heat *g, double *difference, int64_t f)
 {
     double *d = &difference[3 * f], known = 0.0, length[3], unknown_length = 0.0;
     for (int c = 0; c < 3; ++c) {
@@ -39,7 +39,7 @@ static void fill(const loxo_geodesic *g, double *difference, int64_t f)
 }
 
 typedef struct looking {
-    const loxo_geodesic *g;
+    const parallel_heat *g;
     const double *difference;
 } looking;
 
@@ -50,7 +50,7 @@ static void partial_flat(int64_t begin, int64_t end, const void *arg, double *su
         sums[0] += is_flat(a->difference, f) && is_reached(a->g, f) ? 1.0 : 0.0;
 }
 
-loxo_status geodesic_fill_flat_faces(loxo_geodesic *g, double *difference)
+loxo_status heat_fill_flat_faces(parallel_heat *g, double *difference)
 {
     const looking arg = {g, difference};
     double n_flat = 0.0;

@@ -1,17 +1,17 @@
 /* SPDX-License-Identifier: MIT
  * The breadth-first tree, read face by face in the mesh's order: there an edge of it has its two faces' numbers at hand,
  * and only the place that the step along it goes to is far away in memory. That is asked for ahead. */
-#ifndef LOXO_SOLVER_GEODESIC_TREE_H
-#define LOXO_SOLVER_GEODESIC_TREE_H
+#ifndef LOXO_GEODESIC_PARALLEL_HEAT_TREE_H
+#define LOXO_GEODESIC_PARALLEL_HEAT_TREE_H
 
-#include "solver/geodesic/geodesic_internal.h"
+#include "solver/geodesic/parallel_heat/parallel_heat_internal.h"
 
 #define PLACES_AHEAD 24 /* vertices */
 #define FACES_AHEAD  48 /* they are ordered by their vertices, about two to one */
 
 /* The vertex to which half-edge h leads in the tree; -1: none. At a boundary an edge may have but the half-edge that
  * leads away from it: then *sign is -1, else +1. */
-static inline loxo_index geodesic_led_to(const loxo_geodesic *g, loxo_index h, double *sign)
+static inline loxo_index heat_led_to(const parallel_heat *g, loxo_index h, double *sign)
 {
     const loxo_index from = g->m.halfedge_vertex[h], to = k_head(&g->m, h);
     *sign = 1.0;
@@ -23,19 +23,19 @@ static inline loxo_index geodesic_led_to(const loxo_geodesic *g, loxo_index h, d
 
 /* Where the half-edge of the tree's edge to a vertex is known, it replaces the vertex above. No other half-edge is that
  * edge's, so it does not matter to whoever looks at it meanwhile that there is no vertex of such a number. */
-static inline void geodesic_keep_halfedge(const loxo_geodesic *g, loxo_index v, loxo_index h)
+static inline void heat_keep_halfedge(const parallel_heat *g, loxo_index v, loxo_index h)
 {
     __atomic_store_n(&g->found_by[v], (loxo_index)(-2 - h), __ATOMIC_RELAXED);
 }
 
 /* -1: none. */
-static inline loxo_index geodesic_kept_halfedge(const loxo_geodesic *g, int64_t v)
+static inline loxo_index heat_kept_halfedge(const parallel_heat *g, int64_t v)
 {
     return g->found_by[v] <= -2 ? (loxo_index)(-2 - g->found_by[v]) : -1;
 }
 
 /* Asks for the places of the vertices of some faces later. */
-static inline void geodesic_prefetch_steps(const loxo_geodesic *g, int64_t f)
+static inline void heat_prefetch_steps(const parallel_heat *g, int64_t f)
 {
     if (f + FACES_AHEAD >= g->m.n_faces) return;
     const int64_t p = g->rank[g->m.halfedge_vertex[3 * (f + FACES_AHEAD)]];

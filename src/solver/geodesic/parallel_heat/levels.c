@@ -8,7 +8,7 @@
 #include "base/allocate.h"
 #include "par/phases.h"
 #include "par/range.h"
-#include "solver/geodesic/geodesic_internal.h"
+#include "solver/geodesic/parallel_heat/parallel_heat_internal.h"
 
 #include <string.h>
 
@@ -29,7 +29,7 @@ typedef struct chunk_sum {
 } chunk_sum;
 
 typedef struct search {
-    loxo_geodesic *g;
+    parallel_heat *g;
     int n_threads;
     stage stage;
     int64_t begin, end, tail;     /* the level whose neighbours are looked for, and the end of what was found */
@@ -42,15 +42,15 @@ typedef struct search {
     loxo_status status;
 } search;
 
-static inline uint32_t degree_of(const loxo_geodesic *g, int64_t v) { return g->fan[v + 1].begin - g->fan[v].begin; }
+static inline uint32_t degree_of(const parallel_heat *g, int64_t v) { return g->fan[v + 1].begin - g->fan[v].begin; }
 
-static inline const k_entry *fan_of(const loxo_geodesic *g, loxo_index v, uint32_t *n)
+static inline const k_entry *fan_of(const parallel_heat *g, loxo_index v, uint32_t *n)
 {
     *n = degree_of(g, v);
     return &g->fan_entry[g->fan[v].begin];
 }
 
-static inline void prefetch(const loxo_geodesic *g, int64_t place, int64_t end)
+static inline void prefetch(const parallel_heat *g, int64_t place, int64_t end)
 {
     if (place + PREFETCH_BEGIN < end) __builtin_prefetch(&g->fan[g->order[place + PREFETCH_BEGIN]]);
     if (place + PREFETCH_FAN < end) {
@@ -69,7 +69,7 @@ static inline void prefetch(const loxo_geodesic *g, int64_t place, int64_t end)
 /* One thread: finds the neighbours of the level's places and writes the entries at once. */
 static void expand_alone(search *s)
 {
-    loxo_geodesic *g = s->g;
+    parallel_heat *g = s->g;
     int64_t tail = s->tail, n_entries = g->row[s->begin].begin;
     for (int64_t p = s->begin; p < s->end; ++p) {
         uint32_t n;
@@ -112,7 +112,7 @@ static int64_t n_chunks(int64_t begin, int64_t end) { return (end - begin + CHUN
 /* The lowest place has the lowest code; a known vertex has a rank, which is none. */
 static loxo_index claim_code(int64_t place) { return (loxo_index)(LOWEST + place); }
 
-static void claim(loxo_geodesic *g, loxo_range r)
+static void claim(parallel_heat *g, loxo_range r)
 {
     for (int64_t p = r.begin; p < r.end; ++p) {
         uint32_t n;
@@ -133,13 +133,13 @@ static void claim(loxo_geodesic *g, loxo_range r)
 }
 
 /* Whether place p, with that code, won neighbour k: a look at what it claimed spares most looks at ranks. */
-static inline bool has_won(const loxo_geodesic *g, int64_t p, loxo_index code, uint32_t k, uint32_t v)
+static inline bool has_won(const parallel_heat *g, int64_t p, loxo_index code, uint32_t k, uint32_t v)
 {
     if (k < 32 && ((uint32_t)g->scale[p] >> k & 1u) == 0) return false;
     return __atomic_load_n(&g->rank[v], __ATOMIC_RELAXED) == code;
 }
 
-static chunk_sum count(const loxo_geodesic *g, loxo_range r)
+static chunk_sum count(const parallel_heat *g, loxo_range r)
 {
     chunk_sum sum = {0, 0};
     for (int64_t p = r.begin; p < r.end; ++p) {
@@ -155,7 +155,7 @@ static chunk_sum count(const loxo_geodesic *g, loxo_range r)
     return sum;
 }
 
-static void number(loxo_geodesic *g, loxo_range r, chunk_sum at)
+static void number(parallel_heat *g, loxo_range r, chunk_sum at)
 {
     for (int64_t p = r.begin; p < r.end; ++p) {
         uint32_t n;
@@ -174,7 +174,7 @@ static void number(loxo_geodesic *g, loxo_range r, chunk_sum at)
 }
 
 /* Entries of places all whose neighbours have their own. */
-static void write_entries(loxo_geodesic *g, loxo_range r)
+static void write_entries(parallel_heat *g, loxo_range r)
 {
     for (int64_t p = r.begin; p < r.end; ++p) {
         uint32_t n;
@@ -216,7 +216,7 @@ static void place_chunks(search *s)
 /* Where the level begins, or, behind the last one, where that ends. */
 static bool note_level(search *s)
 {
-    loxo_geodesic *g = s->g;
+    parallel_heat *g = s->g;
     const bool is_over = s->begin == s->end;
     if (!is_over && g->n_levels == g->most_levels) {
         const int64_t twice = 2 * g->most_levels, most = twice < g->m.n_vertices ? twice : g->m.n_vertices;
@@ -237,7 +237,7 @@ static bool note_level(search *s)
 /* The level that was found is next. Returns the number of chunks of the phase. */
 static int64_t open_level(search *s)
 {
-    loxo_geodesic *g = s->g;
+    parallel_heat *g = s->g;
     s->begin = s->end;
     s->end = s->tail;
     __atomic_store_n(&s->progress, s->end, __ATOMIC_RELAXED);
@@ -289,7 +289,7 @@ static bool search_poll(void *arg)
     return loxo_stop_wanted(s->g->ctx, "levels", done / (double)s->g->m.n_vertices);
 }
 
-loxo_status geodesic_find_levels(loxo_geodesic *g, const loxo_index *sources, int64_t n_sources)
+loxo_status heat_find_levels(parallel_heat *g, const loxo_index *sources, int64_t n_sources)
 {
     const int64_t n = g->m.n_vertices;
     const int most_threads = loxo_threads_for(g->ctx, n, 40.0),

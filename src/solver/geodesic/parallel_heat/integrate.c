@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: MIT
  * Integration (section 3.3): distances add up along the breadth-first tree, level by level. */
 #include "par/range.h"
-#include "solver/geodesic/geodesic_internal.h"
+#include "solver/geodesic/parallel_heat/parallel_heat_internal.h"
 
 #define MIN_LEVEL_PER_THREAD 4096 /* an addition a vertex: smaller levels are not worth a barrier */
 
 /* From the steps along the tree's edges in value[2 p + 1] to distances there. */
-void geodesic_integrate(loxo_geodesic *g)
+void heat_integrate(parallel_heat *g)
 {
     const int64_t per_level = g->n_reached / g->n_levels;
     int n_threads = loxo_threads_for(g->ctx, g->n_reached, 10.0);

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  * Chains of global constraints: the mesh's cycle basis, and paths that join the sources (section 5.2). */
-#include "solver/geodesic/chains.h"
+#include "solver/geodesic/parallel_heat/chains.h"
 
 #include "base/allocate.h"
 #include "par/range.h"
@@ -11,7 +11,7 @@
  * way up one tree and down the other. Going through the edges from the lowest level outward and joining each pair of
  * trees once gives n_sources - 1 short paths on a connected surface. */
 typedef struct forest {
-    const loxo_geodesic *g;
+    const parallel_heat *g;
     loxo_index *root;   /* [n_reached] place of the source above */
     loxo_index *leader; /* [n_sources] union-find */
 } forest;
@@ -26,7 +26,7 @@ static loxo_index find_leader(forest *f, loxo_index i)
 }
 
 /* Elements from `place` up to its source. */
-static int64_t way_length(const loxo_geodesic *g, int64_t place)
+static int64_t way_length(const parallel_heat *g, int64_t place)
 {
     int64_t n = 0;
     for (; g->parent[place] >= 0; place = g->parent[place])
@@ -50,7 +50,7 @@ static loxo_status add_elements(loxo_context *ctx, loxo_chains *chains, int64_t 
 }
 
 /* Element i of the chains is the tree's edge to a place, walked to it (direction 1) or from it (-1). */
-static void set_element(const loxo_geodesic *g, loxo_chains *chains, int64_t i, int64_t place, int direction)
+static void set_element(const parallel_heat *g, loxo_chains *chains, int64_t i, int64_t place, int direction)
 {
     const loxo_index v = g->order[place], parent = g->order[g->parent[place]];
     loxo_index h = g->m.vertex_halfedge[v];
@@ -69,7 +69,7 @@ static void set_element(const loxo_geodesic *g, loxo_chains *chains, int64_t i, 
 }
 
 /* Path from the source above p to the one above q over the half-edge `across` from p's vertex to q's. */
-static void append_path(const loxo_geodesic *g, loxo_chains *chains, int64_t p, loxo_index across, int64_t q)
+static void append_path(const parallel_heat *g, loxo_chains *chains, int64_t p, loxo_index across, int64_t q)
 {
     const int64_t up = way_length(g, p);
     int64_t i = chains->chain_begin[chains->n_chains] + up;
@@ -83,7 +83,7 @@ static void append_path(const loxo_geodesic *g, loxo_chains *chains, int64_t p, 
     chains->chain_begin[chains->n_chains] = i + 1;
 }
 
-static loxo_status join_sources(loxo_geodesic *g, int64_t n_sources, forest *f, loxo_chains *chains, int64_t *room,
+static loxo_status join_sources(parallel_heat *g, int64_t n_sources, forest *f, loxo_chains *chains, int64_t *room,
                                 int64_t most_elements)
 {
     const loxo_mesh_view *m = &g->m;
@@ -118,7 +118,7 @@ static loxo_status join_sources(loxo_geodesic *g, int64_t n_sources, forest *f, 
     return LOXO_OK;
 }
 
-loxo_status geodesic_find_chains(loxo_geodesic *g, int64_t n_sources, loxo_chains *chains)
+loxo_status heat_find_chains(parallel_heat *g, int64_t n_sources, loxo_chains *chains)
 {
     const loxo_chains *cycles = &g->cycles;
     const int64_t n_elements = cycles->n_chains > 0 ? cycles->chain_begin[cycles->n_chains] : 0;

@@ -10,7 +10,7 @@
 #include "base/allocate.h"
 #include "par/phases.h"
 #include "par/range.h"
-#include "solver/geodesic/geodesic_internal.h"
+#include "solver/geodesic/parallel_heat/parallel_heat_internal.h"
 
 #include <string.h>
 
@@ -46,7 +46,7 @@ typedef struct unit {
 
 /* Where each step stands: the first level that it relaxes, and how far levels from there on were found final. */
 typedef struct march {
-    loxo_geodesic *g;
+    parallel_heat *g;
     double tolerance; /* relative change */
     float calm;       /* square of the relative change that is next to nothing */
     int64_t time;
@@ -57,29 +57,29 @@ typedef struct march {
     diffusion_result result;
 } march;
 
-static int64_t level_size(const loxo_geodesic *g, int64_t level)
+static int64_t level_size(const parallel_heat *g, int64_t level)
 {
     return g->level_begin[level + 1] - g->level_begin[level];
 }
 
-static int64_t n_blocks(const loxo_geodesic *g, int64_t level)
+static int64_t n_blocks(const parallel_heat *g, int64_t level)
 {
     return (level_size(g, level) + BLOCK_ROWS - 1) / BLOCK_ROWS;
 }
 
-static int64_t block_size(const loxo_geodesic *g, int64_t level, int64_t b)
+static int64_t block_size(const parallel_heat *g, int64_t level, int64_t b)
 {
     const int64_t rest = level_size(g, level) - b * BLOCK_ROWS;
     return rest < BLOCK_ROWS ? rest : BLOCK_ROWS;
 }
 
 /* Relaxes blocks first..last-1 of a level. */
-static void relax(loxo_geodesic *g, unit u, int64_t first, int64_t last)
+static void relax(parallel_heat *g, unit u, int64_t first, int64_t last)
 {
     const float *constant = u.level == 0 ? g->first : NULL;
     const int64_t base = g->level_begin[u.level], end = g->level_begin[u.level + 1];
     while (first < last) { /* twice where the ring ends */
-        const int64_t at = geodesic_block(g, u.level, first), room = g->n_ring - at;
+        const int64_t at = heat_block(g, u.level, first), room = g->n_ring - at;
         const int64_t until = first + room < last ? first + room : last;
         const int64_t stop = base + until * BLOCK_ROWS < end ? base + until * BLOCK_ROWS : end;
         g->kernels->relax_blocks(g->row, g->entry, constant, g->value, base + first * BLOCK_ROWS, stop, BLOCK_ROWS,
@@ -100,15 +100,15 @@ static double square_to_come(double now, double before)
 /* Whether a block is to change by next to nothing, and all blocks that it looks at changed by as little when they were
  * relaxed last. It then keeps its values. A level is in motion until everything around it has been relaxed at least
  * twice. */
-static bool is_calm(const loxo_geodesic *g, unit u, int64_t b, float calm)
+static bool is_calm(const parallel_heat *g, unit u, int64_t b, float calm)
 {
     if (u.step - u.level < 4) return false;
-    const int64_t at = geodesic_block(g, u.level, b);
+    const int64_t at = heat_block(g, u.level, b);
     for (int side = 0; side < 3; ++side) {
         const unsigned parity = (unsigned)(side == 0 ? u.step : u.step - 1) & 1u;
         if (side == 0 && !u.is_inner_moving) continue;
         for (int64_t i = g->reach[at].first[side]; i <= g->reach[at].last[side]; ++i)
-            if (!(g->change[geodesic_block(g, u.level + side - 1, i)].square[parity] <= calm)) return false;
+            if (!(g->change[heat_block(g, u.level + side - 1, i)].square[parity] <= calm)) return false;
     }
     const float *square = g->change[at].square;
     return square_to_come((double)square[1 - (u.step & 1)], (double)square[u.step & 1]) <= (double)calm;
@@ -116,11 +116,11 @@ static bool is_calm(const loxo_geodesic *g, unit u, int64_t b, float calm)
 
 #define KEPT (-1.0f) /* in the place of a change: the values are those of the step before */
 
-static void keep_values(loxo_geodesic *g, unit u, int64_t b)
+static void keep_values(parallel_heat *g, unit u, int64_t b)
 {
     const int64_t begin = g->level_begin[u.level] + b * BLOCK_ROWS, end = begin + block_size(g, u.level, b);
     const int64_t parity = u.step & 1;
-    k_change *change = &g->change[geodesic_block(g, u.level, b)];
+    k_change *change = &g->change[heat_block(g, u.level, b)];
     if (change->square[1 - parity] != KEPT) /* else both values of a place are alike */
         for (int64_t p = begin; p < end; ++p)
             g->value[(2 * p) ^ parity] = g->value[(2 * p + 1) ^ parity];
@@ -128,7 +128,7 @@ static void keep_values(loxo_geodesic *g, unit u, int64_t b)
 }
 
 /* Blocks first..last-1; runs of those that are not calm together. Returns the number of places that were left alone. */
-static int64_t relax_moving(loxo_geodesic *g, unit u, int64_t first, int64_t last, float calm)
+static int64_t relax_moving(parallel_heat *g, unit u, int64_t first, int64_t last, float calm)
 {
     int64_t run = first, n_kept = 0;
     for (int64_t b = first; b < last; ++b) {
@@ -143,23 +143,23 @@ static int64_t relax_moving(loxo_geodesic *g, unit u, int64_t first, int64_t las
 }
 
 /* Does blocks first.. of a unit, CHUNK_BLOCKS at most. Returns the number of places that were left alone. */
-static int64_t do_blocks(loxo_geodesic *g, unit u, int64_t first, float calm)
+static int64_t do_blocks(parallel_heat *g, unit u, int64_t first, float calm)
 {
     const int64_t n = n_blocks(g, u.level), last = first + CHUNK_BLOCKS < n ? first + CHUNK_BLOCKS : n;
     const int64_t begin = g->level_begin[u.level] + first * BLOCK_ROWS, most = begin + (last - first) * BLOCK_ROWS;
     const int64_t level_end = g->level_begin[u.level + 1], end = most < level_end ? most : level_end;
     const int64_t parity = u.step & 1;
     switch (u.act) {
-    case ACT_BUILD: geodesic_build_rows(g, u.level, begin, end, false); break;
-    case ACT_BUILD_PLAIN: geodesic_build_rows(g, u.level, begin, end, true); break;
-    case ACT_LINK: geodesic_link_level(g, u.level, begin, end); break;
+    case ACT_BUILD: heat_build_rows(g, u.level, begin, end, false); break;
+    case ACT_BUILD_PLAIN: heat_build_rows(g, u.level, begin, end, true); break;
+    case ACT_LINK: heat_link_level(g, u.level, begin, end); break;
     case ACT_LINK_OUTWARD_AND_RELAX:
-        geodesic_link_outward(g, u.level, begin, end);
+        heat_link_outward(g, u.level, begin, end);
         relax(g, u, first, last);
         break;
     case ACT_LINK_OUTWARD:
-        geodesic_link_level(g, u.level, begin, end);
-        geodesic_link_outward(g, u.level, begin, end);
+        heat_link_level(g, u.level, begin, end);
+        heat_link_outward(g, u.level, begin, end);
         break;
     case ACT_RELAX: return relax_moving(g, u, first, last, calm);
     case ACT_RELAX_ALL: relax(g, u, first, last); break;
@@ -174,11 +174,11 @@ static int64_t do_blocks(loxo_geodesic *g, unit u, int64_t first, float calm)
 /* Relative change of a level that later updates would still make, root mean square weighted by area. Every block's
  * squared change in this step and the one before give a geometric series of its own: where a small patch settles slowly,
  * its own ratio shows it when the level's as a whole does not. */
-static double change_to_come(const loxo_geodesic *g, int64_t level, int64_t step)
+static double change_to_come(const parallel_heat *g, int64_t level, int64_t step)
 {
     double sum = 0.0, size = 0.0, worst = 0.0;
     for (int64_t b = 0; b < n_blocks(g, level); ++b) {
-        const k_change *change = &g->change[geodesic_block(g, level, b)];
+        const k_change *change = &g->change[heat_block(g, level, b)];
         const double now = (double)change->square[step & 1], before = (double)change->square[1 - (step & 1)];
         const double square = square_to_come(now, before);
         if (!(square < HUGE_VAL)) return HUGE_VAL;
@@ -192,7 +192,7 @@ static double change_to_come(const loxo_geodesic *g, int64_t level, int64_t step
 /* What is due at a time. Returns the number of units. */
 static int due(march *s, unit *units)
 {
-    const loxo_geodesic *g = s->g;
+    const parallel_heat *g = s->g;
     const int64_t time = s->time;
     int n_units = 0;
     const int64_t n_levels = g->n_levels;
@@ -239,7 +239,7 @@ static void conclude(march *s)
 }
 
 /* Cuts units into chunks of blocks. */
-static int64_t cut_units(const loxo_geodesic *g, const unit *units, int n_units, int64_t *chunk_begin)
+static int64_t cut_units(const parallel_heat *g, const unit *units, int n_units, int64_t *chunk_begin)
 {
     chunk_begin[0] = 0;
     for (int i = 0; i < n_units; ++i)
@@ -283,7 +283,7 @@ static bool march_poll(void *arg)
     return loxo_progress_tell(s->g->ctx, &p, false);
 }
 
-static int64_t count_nonpositive(const loxo_geodesic *g)
+static int64_t count_nonpositive(const parallel_heat *g)
 {
     int64_t n = 0;
 #pragma omp parallel for num_threads(loxo_threads_for(g->ctx, g->n_reached, 1.0)) reduction(+ : n)
@@ -292,7 +292,7 @@ static int64_t count_nonpositive(const loxo_geodesic *g)
     return n;
 }
 
-static int threads_for_levels(const loxo_geodesic *g)
+static int threads_for_levels(const parallel_heat *g)
 {
     const int64_t per_level = g->n_reached / g->n_levels, most = per_level / MIN_LEVEL_PER_THREAD;
     const int n_threads = loxo_threads_for(g->ctx, g->n_reached, 100.0);
@@ -300,7 +300,7 @@ static int threads_for_levels(const loxo_geodesic *g)
 }
 
 /* After a stop: what lies beyond the front counts as not reached; at its rim both values of a place are alike. */
-static void cut_at_front(loxo_geodesic *g, int64_t n_levels)
+static void cut_at_front(parallel_heat *g, int64_t n_levels)
 {
     if (n_levels < 1) n_levels = 1;
     for (int64_t p = g->level_begin[n_levels]; p < g->n_reached; ++p)
@@ -311,7 +311,7 @@ static void cut_at_front(loxo_geodesic *g, int64_t n_levels)
         g->value[2 * p + 1] = g->value[2 * p];
 }
 
-static void clear_values(loxo_geodesic *g)
+static void clear_values(parallel_heat *g)
 {
 #pragma omp parallel num_threads(loxo_threads_for(g->ctx, g->n_reached, 1.0))
     {
@@ -320,7 +320,7 @@ static void clear_values(loxo_geodesic *g)
     }
 }
 
-loxo_status geodesic_march(loxo_geodesic *g, diffusion_result *result)
+loxo_status heat_march(parallel_heat *g, diffusion_result *result)
 {
     march *s = loxo_allocate_zero(g->ctx, 1, sizeof *s);
     if (s == NULL) return LOXO_ERR_MEMORY;
@@ -335,7 +335,7 @@ loxo_status geodesic_march(loxo_geodesic *g, diffusion_result *result)
     if (is_stopped) cut_at_front(g, s->time / 3 < g->n_levels ? s->time / 3 : g->n_levels);
     *result = s->result;
     result->stopped = is_stopped;
-    if (!is_stopped) geodesic_settle(g, s->tolerance, result);
+    if (!is_stopped) heat_settle(g, s->tolerance, result);
     result->is_settled = !is_stopped && result->n_unsettled == 0 && result->change <= s->tolerance;
     result->change *= directions;
     result->n_nonpositive = count_nonpositive(g);
@@ -345,13 +345,13 @@ loxo_status geodesic_march(loxo_geodesic *g, diffusion_result *result)
 
 /* Levels one after the other: first built, then linked, then relaxed n_sweeps - 1 times. */
 typedef struct sweeping {
-    loxo_geodesic *g;
+    parallel_heat *g;
     unit unit;
 } sweeping;
 
 /* Sweeps take in all levels before they relax any: ways of different decay meet with values hundreds of octaves apart,
  * and the ratios of scales that follow values so far would not fit the coefficients, which are floats. */
-static void even_out_scales(loxo_geodesic *g, int64_t level)
+static void even_out_scales(parallel_heat *g, int64_t level)
 {
     const int64_t begin = g->level_begin[level], end = g->level_begin[level + 1];
     int32_t most = g->scale[begin];
@@ -409,7 +409,7 @@ static bool sweep_poll(void *arg)
 
 /* The paper's iteration (7): the first sweep is the taking in of the levels, each later one updates every level from
  * the inside out, all vertices of a level from the values that their level had before. */
-loxo_status geodesic_sweep(loxo_geodesic *g, diffusion_result *result)
+loxo_status heat_sweep(parallel_heat *g, diffusion_result *result)
 {
     sweeping s = {.g = g, .unit = {.act = ACT_BUILD_PLAIN, .level = -1}};
     const loxo_phases phases = {sweep_advance, sweep_work, sweep_poll, &s};

@@ -2,7 +2,7 @@
  * Rows of the heat system, made level by level as the front takes them in. The scale of a vertex is known only when it
  * is taken in, so entries towards the same level and towards the next get theirs one and two acts later. */
 #include "par/range.h"
-#include "solver/geodesic/geodesic_internal.h"
+#include "solver/geodesic/parallel_heat/parallel_heat_internal.h"
 
 #define SHARE_OF_GAIN       0.5 /* how far omega goes from 1 towards the local limit, see relaxation() */
 #define MAX_GAIN            4.0
@@ -52,7 +52,7 @@ static bool is_relaxed_before(int64_t begin, int64_t a, int64_t b)
 
 /* entry[k].slot holds places and kinds here, coefficient the weight; a negative weight tells nothing of the size of the
  * value and is left out. Sums are kept in units of the scale of the last neighbour that was larger. */
-static inner_sum hear_inner(const loxo_geodesic *g, const k_entry *entry, uint32_t n, int64_t level_begin,
+static inner_sum hear_inner(const parallel_heat *g, const k_entry *entry, uint32_t n, int64_t level_begin,
                             unsigned parity)
 {
     inner_sum s = {.scale = INT32_MIN};
@@ -78,7 +78,7 @@ static inner_sum hear_inner(const loxo_geodesic *g, const k_entry *entry, uint32
 
 /* First value of a vertex whose weights towards the inside are all negative or zero: that of an inner neighbour, one
  * edge further out. */
-static inner_sum borrow_from_parent(const loxo_geodesic *g, int64_t place, unsigned parity)
+static inner_sum borrow_from_parent(const parallel_heat *g, int64_t place, unsigned parity)
 {
     const int64_t q = g->parent[place];
     const double value = fabs(g->value[(2 * q) ^ (int64_t)parity]);
@@ -86,7 +86,7 @@ static inner_sum borrow_from_parent(const loxo_geodesic *g, int64_t place, unsig
 }
 
 /* Lengths are in units of the mean edge length: t is the time factor. */
-static void build_row(loxo_geodesic *g, int64_t level, int64_t place, int64_t block, bool is_plain)
+static void build_row(parallel_heat *g, int64_t level, int64_t place, int64_t block, bool is_plain)
 {
     const int64_t level_begin = g->level_begin[level], level_end = g->level_begin[level + 1];
     const int64_t block_end = block + BLOCK_ROWS < level_end ? block + BLOCK_ROWS : level_end;
@@ -127,7 +127,7 @@ static void build_row(loxo_geodesic *g, int64_t level, int64_t place, int64_t bl
     }
     const double first = inner.sum / diagonal;
     int32_t shift = k_exponent(first);
-    if (is_plain && shift < -OCTAVES_APART) shift = -OCTAVES_APART; /* see geodesic_sweep */
+    if (is_plain && shift < -OCTAVES_APART) shift = -OCTAVES_APART; /* see heat_sweep */
     const double omega =
         is_plain || level == 0 ? 1.0 : relaxation(inner.gain, area, diagonal, crossing * time / diagonal);
     const double mantissa = first * k_power_of_two(-(int64_t)shift); /* in [1, 2), or less */
@@ -148,7 +148,7 @@ static void build_row(loxo_geodesic *g, int64_t level, int64_t place, int64_t bl
     row->keep = is_plain ? 0.0 : 1.0 - sum;
 }
 
-static void find_reach(loxo_geodesic *g, int64_t level, int64_t begin, int64_t end)
+static void find_reach(parallel_heat *g, int64_t level, int64_t begin, int64_t end)
 {
     const int64_t level_begin = g->level_begin[level], level_end = g->level_begin[level + 1];
     const int64_t base[3] = {level > 0 ? g->level_begin[level - 1] : 0, level_begin, level_end};
@@ -168,7 +168,7 @@ static void find_reach(loxo_geodesic *g, int64_t level, int64_t begin, int64_t e
         }
     }
     const int64_t first[3] = {inner_first, own_first, outer_first}, last[3] = {inner_last, own_last, outer_last};
-    block_reach *reach = &g->reach[geodesic_block(g, level, (begin - level_begin) / BLOCK_ROWS)];
+    block_reach *reach = &g->reach[heat_block(g, level, (begin - level_begin) / BLOCK_ROWS)];
     for (int side = 0; side < 3; ++side) {
         const bool is_none = last[side] < 0;
         reach->first[side] = is_none ? 0 : (int32_t)((first[side] - base[side]) / BLOCK_ROWS);
@@ -177,7 +177,7 @@ static void find_reach(loxo_geodesic *g, int64_t level, int64_t begin, int64_t e
 }
 
 /* begin..end-1 are whole blocks of the level. */
-void geodesic_build_rows(loxo_geodesic *g, int64_t level, int64_t begin, int64_t end, bool is_plain)
+void heat_build_rows(parallel_heat *g, int64_t level, int64_t begin, int64_t end, bool is_plain)
 {
     for (int64_t block = begin; block < end; block += BLOCK_ROWS) {
         const int64_t block_end = block + BLOCK_ROWS < end ? block + BLOCK_ROWS : end;
@@ -188,7 +188,7 @@ void geodesic_build_rows(loxo_geodesic *g, int64_t level, int64_t begin, int64_t
 }
 
 /* Multiplies in the scales of the neighbours whose places are in from..to-1. */
-static void link(loxo_geodesic *g, int64_t begin, int64_t end, int64_t from, int64_t to)
+static void link(parallel_heat *g, int64_t begin, int64_t end, int64_t from, int64_t to)
 {
     for (int64_t p = begin; p < end; ++p)
         for (uint32_t k = g->row[p].begin; k < g->row[p + 1].begin; ++k) {
@@ -198,12 +198,12 @@ static void link(loxo_geodesic *g, int64_t begin, int64_t end, int64_t from, int
         }
 }
 
-void geodesic_link_level(loxo_geodesic *g, int64_t level, int64_t begin, int64_t end)
+void heat_link_level(parallel_heat *g, int64_t level, int64_t begin, int64_t end)
 {
     link(g, begin, end, g->level_begin[level], g->level_begin[level + 1]);
 }
 
-void geodesic_link_outward(loxo_geodesic *g, int64_t level, int64_t begin, int64_t end)
+void heat_link_outward(parallel_heat *g, int64_t level, int64_t begin, int64_t end)
 {
     link(g, begin, end, g->level_begin[level + 1], g->n_reached);
 }

@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: MIT */
-#include "solver/geodesic/admm.h"
+#include "solver/geodesic/parallel_heat/admm.h"
 
 #include "par/range.h"
 
 #define CHECK_EVERY 10 /* iterations between tests for stopping: a test costs nearly an iteration */
 
-loxo_status geodesic_iterate(const admm_problem *problem, loxo_geodesic_info *info)
+loxo_status heat_iterate(const admm_problem *problem, loxo_geodesic_info *info)
 {
-    const loxo_geodesic *g = problem->g;
+    const parallel_heat *g = problem->g;
     const loxo_geodesic_settings *settings = &g->settings;
     loxo_status status = LOXO_OK;
     int64_t iteration = 0;
@@ -27,7 +27,7 @@ loxo_status geodesic_iterate(const admm_problem *problem, loxo_geodesic_info *in
             if (info->residual <= settings->primal_tolerance && info->dual_residual <= settings->dual_tolerance)
                 info->stop_reason = LOXO_STOP_TOLERANCE;
         }
-        if (!geodesic_tell_iteration(problem->g, iteration, info)) continue;
+        if (!heat_tell_iteration(problem->g, iteration, info)) continue;
         info->stop_reason = LOXO_STOP_MONITOR;
         if (!is_tested && (status = problem->test(problem->arg, iteration, info)) < 0) return status;
     }

@@ -4,7 +4,7 @@
  * the same weight to the bit. */
 #include "base/allocate.h"
 #include "par/range.h"
-#include "solver/geodesic/geodesic_internal.h"
+#include "solver/geodesic/parallel_heat/parallel_heat_internal.h"
 
 #define MOST_SHAPES 2048 /* faces of a piece, 64 KiB; parts with more are cut into pieces */
 
@@ -44,7 +44,7 @@ static piece *cut_pieces(loxo_context *ctx, const loxo_mesh_view *m, int64_t *n)
     return pieces;
 }
 
-static void count_piece(loxo_geodesic *g, piece *p)
+static void count_piece(parallel_heat *g, piece *p)
 {
     uint32_t n = 0;
     for (int64_t v = p->vertices.begin; v < p->vertices.end; ++v) {
@@ -54,7 +54,7 @@ static void count_piece(loxo_geodesic *g, piece *p)
     p->first_entry = n;
 }
 
-static void make_piece(loxo_geodesic *g, const piece *p)
+static void make_piece(parallel_heat *g, const piece *p)
 {
     k_face_shape room[MOST_SHAPES];
     const k_face_shapes kept = {p->faces.begin, p->faces.end, room};
@@ -71,14 +71,14 @@ static void make_piece(loxo_geodesic *g, const piece *p)
 }
 
 /* Asked by the calling thread before each of its pieces; once it said so, all others are skipped. */
-static bool is_stopped(const loxo_geodesic *g, bool *stopped, double fraction)
+static bool is_stopped(const parallel_heat *g, bool *stopped, double fraction)
 {
     if (loxo_thread_id() == 0 && loxo_stop_wanted(g->ctx, "prepare", fraction))
         __atomic_store_n(stopped, true, __ATOMIC_RELAXED);
     return __atomic_load_n(stopped, __ATOMIC_RELAXED);
 }
 
-loxo_status geodesic_make_fans(loxo_geodesic *g)
+loxo_status heat_make_fans(parallel_heat *g)
 {
     int64_t n_pieces;
     uint32_t n_entries = 0;
