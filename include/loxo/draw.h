@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * Picture of a mesh with a field on it, as PNG, without a display. */
+ * Picture of a mesh with a field on it, and plots of numbers, as PNG, without a display. */
 #ifndef LOXO_DRAW_H
 #define LOXO_DRAW_H
 
@@ -45,6 +45,50 @@ LOXO_API loxo_status loxo_draw(loxo_context *ctx, const loxo_mesh_arrays *mesh, 
  * LOXO_ERR_UNSUPPORTED where libpng is off, before any work. */
 LOXO_API loxo_status loxo_draw_png(loxo_context *ctx, const loxo_mesh_arrays *mesh, const double *value,
                                    const loxo_draw_settings *settings, const char *path);
+
+/* ---- plots --------------------------------------------------------------------------------------------------- */
+
+typedef enum loxo_plot_scale { LOXO_PLOT_LINEAR, LOXO_PLOT_LOG } loxo_plot_scale;
+
+typedef enum loxo_plot_style {
+    LOXO_PLOT_LINE,    /* low and high: a band around it */
+    LOXO_PLOT_POINTS,  /* low and high: error bars */
+    LOXO_PLOT_BOTH,    /* a line with its points; low and high: error bars */
+    LOXO_PLOT_COLUMNS, /* a column at each x, 0.7 wide; low: where it starts, so that columns can be stacked */
+} loxo_plot_style;
+
+typedef struct loxo_plot_series {
+    const char *name; /* in the legend; ASCII; NULL or "": not in it */
+    loxo_plot_style style;
+    bool is_dashed;
+    int color; /* 0: by its place among the series; k >= 1: colour and mark k, of eight */
+    int64_t n;
+    const double *x, *y;      /* [n]; where one is not finite the line is broken */
+    const double *low, *high; /* [n] ends of the range around y; may be NULL */
+} loxo_plot_series;
+
+typedef struct loxo_plot {
+    int width, height;                     /* pixels, 64 to 16384 */
+    const char *title, *x_title, *y_title; /* ASCII, may be NULL; an axis' title with its unit */
+    loxo_plot_scale x_scale, y_scale;
+    double x_min, x_max, y_min, y_max; /* NaN: from the data */
+    int n_x_names;
+    const char *const *x_names; /* [n_x_names] stand under x = 0, 1, 2, ... in place of numbers; ASCII */
+    int n_series;
+    const loxo_plot_series *series;
+} loxo_plot;
+
+LOXO_API loxo_plot loxo_plot_default(void); /* 1200 x 800, linear, nothing in it */
+
+/* Draws a plot into rgb [height][width][3], sRGB, rows from the top. Colours can be told apart by colour-blind readers, and
+ * every series has its own mark.
+ * returns  LOXO_OK (points that are not positive are left out of logarithmic axes, with a counted warning);
+ *          LOXO_ERR_ARGUMENT: rgb is untouched
+ * cost     linear in pixels and points; allocates nothing */
+LOXO_API loxo_status loxo_plot_draw(loxo_context *ctx, const loxo_plot *plot, uint8_t *rgb);
+/* Draws and writes a PNG, atomically; path "-" is standard output. LOXO_ERR_ARGUMENT, LOXO_ERR_MEMORY, LOXO_ERR_WRITE;
+ * LOXO_ERR_UNSUPPORTED where libpng is off. */
+LOXO_API loxo_status loxo_plot_png(loxo_context *ctx, const loxo_plot *plot, const char *path);
 
 #ifdef __cplusplus
 }

@@ -186,15 +186,7 @@ loxo_status loxo_draw_png(loxo_context *ctx, const loxo_mesh_arrays *mesh, const
     uint8_t *rgb = loxo_allocate(ctx, (int64_t)3 * settings->width * settings->height, sizeof *rgb);
     if (rgb == NULL) return LOXO_ERR_MEMORY;
     status = loxo_draw(ctx, mesh, value, settings, rgb);
-    if (status >= 0) {
-        loxo_os_output out = {.fd = -1, .directory_fd = -1};
-        status = loxo_os_output_create(ctx, path, &out);
-        if (status >= 0) status = loxo_draw_png_write(ctx, &out, rgb, settings->width, settings->height);
-        if (status >= 0)
-            status = loxo_os_output_commit(ctx, &out);
-        else
-            loxo_os_output_abandon(&out);
-    }
+    if (status >= 0) status = loxo_draw_png_save(ctx, path, rgb, settings->width, settings->height);
     loxo_release(ctx, rgb);
     return status;
 }

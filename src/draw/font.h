@@ -3,12 +3,7 @@
 #ifndef LOXO_DRAW_FONT_H
 #define LOXO_DRAW_FONT_H
 
-#include <stdint.h>
-
-typedef struct loxo_draw_canvas {
-    uint8_t *rgb; /* [height][width][3] */
-    int width, height;
-} loxo_draw_canvas;
+#include "draw/canvas.h"
 
 typedef enum loxo_draw_anchor { LOXO_DRAW_LEFT, LOXO_DRAW_CENTRE, LOXO_DRAW_RIGHT } loxo_draw_anchor;
 

@@ -104,3 +104,13 @@ loxo_status loxo_draw_png_write(loxo_context *ctx, loxo_os_output *out, const ui
 }
 
 #endif
+
+loxo_status loxo_draw_png_save(loxo_context *ctx, const char *path, const uint8_t *rgb, int width, int height)
+{
+    loxo_os_output out = {.fd = -1, .directory_fd = -1};
+    loxo_status status = loxo_os_output_create(ctx, path, &out);
+    if (status >= 0) status = loxo_draw_png_write(ctx, &out, rgb, width, height);
+    if (status >= 0) return loxo_os_output_commit(ctx, &out);
+    loxo_os_output_abandon(&out);
+    return status;
+}

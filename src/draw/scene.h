@@ -7,6 +7,7 @@
 #define LOXO_DRAW_SCENE_H
 
 #include "base/context.h"
+#include "draw/canvas.h"
 
 #include <loxo/draw.h>
 
@@ -15,11 +16,6 @@
  * two differences below 2^60. */
 #define LOXO_DRAW_SUBSAMPLE      256
 #define LOXO_DRAW_MAX_COORDINATE (1 << 29)
-
-/* A part of the picture, in pixels. */
-typedef struct loxo_draw_rectangle {
-    double left, top, right, bottom;
-} loxo_draw_rectangle;
 
 typedef struct loxo_draw_scene {
     const loxo_mesh_arrays *mesh;

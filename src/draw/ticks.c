@@ -58,3 +58,25 @@ void loxo_draw_tick_text(const loxo_draw_ticks *ticks, int64_t number, char *tex
         text[i] = reversed[n - 1 - i];
     text[n] = '\0';
 }
+
+double loxo_draw_log_tick_value(const loxo_draw_log_tick *tick) { return scaled(tick->factor, tick->exponent); }
+
+int loxo_draw_log_ticks_find(double low, double high, double n, loxo_draw_log_tick tick[LOXO_DRAW_MAX_LOG_TICKS])
+{
+    const double from = log10(low), to = log10(high), decades = to - from;
+    int n_found = 0;
+    if (!(decades >= 0.75)) return 0;
+    const int stride = decades > n ? (int)ceil(decades / n) : 1; /* decades from one major tick to the next */
+    const bool has_minor = decades <= 10.0;
+    const double give = 1e-9 * (fabs(from) + fabs(to)); /* what rounding of the ends may hide */
+    for (int exponent = (int)floor(from); exponent <= (int)ceil(to); ++exponent)
+        for (int factor = 1; factor <= 9; ++factor) {
+            const double place = exponent + log10(factor);
+            const bool is_one = factor == 1 && exponent % stride == 0;
+            const bool is_major = is_one || (decades < 2.0 && (factor == 2 || factor == 5));
+            if (place < from - give || place > to + give || n_found == LOXO_DRAW_MAX_LOG_TICKS) continue;
+            if (is_major || has_minor || (factor == 1 && stride <= 4))
+                tick[n_found++] = (loxo_draw_log_tick){factor, exponent, is_major};
+        }
+    return n_found;
+}
