@@ -166,7 +166,8 @@ typedef struct loxo_mesh_view {
     const loxo_index *vertex_origin;   /* [n_vertices] the caller's number; NULL: the same */
     const double *halfedge_length;   /* [3 n_faces] of an intrinsic triangulation, twins alike: its edges are geodesics
                                           of the surface, not chords between positions; an edge may then join a vertex
-                                          to itself, and a face its own neighbour. NULL: straight edges */
+                                          to itself, and a face its own neighbour. Faces of a part
+                                          may then have corners of another only. NULL: straight edges */
     int64_t genus, n_boundary_loops; /* summed over the components; -1: not known */
     int64_t n_parts;
     const int64_t *part_vertex; /* [n_parts + 1] parts are ranges of vertices ... */
@@ -215,6 +216,53 @@ LOXO_API loxo_status loxo_mesh_vertex_order(const loxo_mesh *mesh, loxo_index *o
  * permutation. Nothing is allocated. */
 LOXO_API loxo_status loxo_mesh_estimate(int64_t n_vertices, int64_t n_faces, bool is_float,
                                         const loxo_mesh_settings *settings, size_t *mesh_bytes, size_t *peak_bytes);
+
+/* ---- intrinsic Delaunay triangulation ------------------------------------------------------------------------- */
+
+typedef struct loxo_intrinsic_settings {
+    int64_t max_flips;     /* at most so many; 0: as many as it takes */
+    double flip_tolerance; /* flipped is where the cotangents of the opposite angles sum to less than minus this */
+    double mollify;        /* where the excess of a face's shorter sides over its longest is less than this, in mean
+                              edge lengths, all edges are made longer by what is missing */
+    bool traceable;        /* keep the way to the surface and back: 48 bytes a vertex */
+} loxo_intrinsic_settings;
+
+LOXO_API loxo_intrinsic_settings loxo_intrinsic_settings_default(void); /* 0, 1e-10, 1e-9, true */
+
+typedef struct loxo_intrinsic_info {
+    int64_t n_edges, n_flips;
+    double share_nondelaunay_before, share_nondelaunay_after; /* of the interior edges, by flip_tolerance */
+    double quality_before, quality_after; /* tau of eq. (27), parallel heat paper, by the lengths of the edges */
+    double lengthened;                    /* what was added to every edge so that no face is flat; 0: nothing */
+    int64_t n_loops;                      /* edges of the result from a vertex to itself */
+    size_t mesh_bytes;                    /* of the result, on top of the surface's */
+    size_t peak_bytes;                    /* most that was allocated on top of it while flipping */
+    double seconds;
+} loxo_intrinsic_info;
+
+/* The intrinsic Delaunay triangulation of a mesh's surface: the same vertices, joined by other straight lines on the
+ * surface, which may cross its edges, so that the angles opposite each interior edge sum to at most pi: no cotangent
+ * weight is negative. Edges are flipped until that holds. Distances, areas and angles on the surface stay what they are,
+ * up to rounding (and `lengthened`). Boundary edges stay. The result's view has halfedge_length.
+ *   surface   must outlive the result, which borrows its positions and its order: vertices keep their numbers, in the mesh's order
+ *             and in the caller's; faces have new corners, each near where it was in memory
+ *   settings  may be NULL: the defaults
+ *   info      out, may be NULL
+ * returns     LOXO_OK; LOXO_NOT_CONVERGED: max_flips were not enough, the result is a triangulation of the surface all
+ *             the same; LOXO_ERR_MESH: edge lengths too large or small to compute with; LOXO_ERR_ARGUMENT (NULL, a setting
+ *             out of range, a mesh that is intrinsic already); LOXO_ERR_LIMIT; LOXO_ERR_MEMORY; LOXO_ERR_STOPPED
+ * cost        linear in practice, quadratic at worst; one thread flips. 100 bytes a vertex, 48 more when traceable, and
+ *             48 while it works. The bits do not depend on the number of threads. Where four vertices lie on a circle either
+ *             diagonal will do; which one is taken depends on the order of the faces, nothing else does
+ * source      Bobenko, Springborn 2007, A Discrete Laplace-Beltrami Operator for Simplicial Surfaces; Fisher, Springborn,
+ *             Schroeder, Bobenko 2007, An Algorithm for the Construction of Intrinsic Delaunay Triangulations; Sharp,
+ *             Crane 2020, A Laplacian for Nonmanifold Triangle Meshes (mollification) */
+LOXO_API loxo_status loxo_mesh_create_intrinsic(loxo_context *ctx, const loxo_mesh *surface,
+                                                const loxo_intrinsic_settings *settings, loxo_intrinsic_info *info,
+                                                loxo_mesh **out);
+/* Bytes that loxo_mesh_create_intrinsic holds and needs at its peak, on top of the surface. Nothing is allocated. */
+LOXO_API void loxo_mesh_estimate_intrinsic(int64_t n_vertices, int64_t n_faces, const loxo_intrinsic_settings *settings,
+                                           size_t *mesh_bytes, size_t *peak_bytes);
 
 /* ---- generate ------------------------------------------------------------------------------------------------ */
 

@@ -40,6 +40,7 @@ int loxo_option_print(const loxo_option *option, const void *settings, char *tex
 /* The tables. Each stands beside its defaults; they are declared here so that tools see one header. */
 extern const loxo_option loxo_geodesic_options[];
 extern const loxo_option loxo_mesh_options[];
+extern const loxo_option loxo_intrinsic_options[];
 extern const loxo_option loxo_draw_options[];
 extern const loxo_option loxo_repair_options[];
 

@@ -42,4 +42,48 @@ static inline k_layout k_layout_of(const double length[3])
                       product > 0.0 ? 0.5 * sqrt(product) / base : 0.0};
 }
 
+/* Its area, by the same formula. */
+static inline double k_area_of(const double length[3])
+{
+    double a = length[0], b = length[1], c = length[2], swap;
+    if (a < b) swap = a, a = b, b = swap;
+    if (b < c) swap = b, b = c, c = swap;
+    if (a < b) swap = a, a = b, b = swap;
+    const double product = (a + (b + c)) * (c - (a - b)) * (c + (a - b)) * (a + (b - c));
+    return product > 0.0 ? 0.25 * sqrt(product) : 0.0;
+}
+
+/* Cotangents of the angles opposite its half-edges, (b^2 + c^2 - a^2) / (4 area); not finite where there is no area. */
+static inline void k_cotangents_of(const double length[3], double cotangent[3])
+{
+    const double inverse = 0.25 / k_area_of(length);
+    const double aa = length[0] * length[0], bb = length[1] * length[1], cc = length[2] * length[2];
+    cotangent[0] = (bb + cc - aa) * inverse;
+    cotangent[1] = (cc + aa - bb) * inverse;
+    cotangent[2] = (aa + bb - cc) * inverse;
+}
+
+/* tau of eq. (27) of Tao et al. 2021 for one face: 2 sqrt(3) inradius / longest edge; 1 where all sides are alike. */
+static inline double k_quality_of(const double length[3])
+{
+    const double sum = length[0] + length[1] + length[2];
+    const double longest = fmax(length[0], fmax(length[1], length[2]));
+    return sum > 0.0 ? 3.46410161513775458705 * (2.0 * k_area_of(length) / sum) / longest : 0.0;
+}
+
+/* Corners of face f in three dimensions: where they are, or, where the mesh has lengths, unfolded into the plane z = 0. What looks
+ * at one face alone does not see the difference. */
+static inline void k_face_corners(const loxo_mesh_view *m, int64_t f, loxo_vec3 corner[3])
+{
+    if (m->halfedge_length != NULL) {
+        const k_layout face = k_layout_of(&m->halfedge_length[3 * f]);
+        corner[0] = (loxo_vec3){0.0, 0.0, 0.0};
+        corner[1] = (loxo_vec3){face.x1, 0.0, 0.0};
+        corner[2] = (loxo_vec3){face.x2, face.y2, 0.0};
+        return;
+    }
+    for (int k = 0; k < 3; ++k)
+        corner[k] = k_position(m, m->halfedge_vertex[3 * f + k]);
+}
+
 #endif

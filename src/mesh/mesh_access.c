@@ -49,7 +49,10 @@ void loxo_mesh_destroy(loxo_mesh *mesh)
     loxo_release(ctx, mesh->vertex_origin);
     loxo_release(ctx, mesh->part_vertex);
     loxo_release(ctx, mesh->part_face);
-    loxo_release(ctx, mesh->caller_to_mesh);
+    if (mesh->surface == NULL) loxo_release(ctx, mesh->caller_to_mesh);
+    loxo_release(ctx, mesh->halfedge_length);
+    loxo_release(ctx, mesh->crossing);
+    loxo_release(ctx, mesh->surface_next);
     loxo_release(ctx, mesh);
 }
 

@@ -18,6 +18,13 @@ struct loxo_mesh {
     /* [n_caller_vertices] the mesh's number of each, -1 where the vertex was dropped; only where a repair welded or
      * split, so that vertex_origin is no permutation. */
     loxo_index *caller_to_mesh;
+    /* Of an intrinsic triangulation; NULL in other meshes. What the view shows and the surface has, stays the surface's:
+     * positions, vertex_origin, caller_to_mesh, parts. */
+    const loxo_mesh *surface;
+    double *halfedge_length;
+    int32_t *crossing;        /* [3 n_faces] and */
+    loxo_index *surface_next; /* [3 n_faces] as in intrinsic/crossings.h; NULL: not traceable */
+    double lengthened;        /* added to every edge of the surface */
 };
 
 /* Results per vertex, from the mesh's order to the caller's: own [view.n_vertices], caller [n_caller_vertices], not
