@@ -39,14 +39,16 @@ typedef enum loxo_geodesic_diffusion {
 typedef struct loxo_geodesic_settings {
     loxo_geodesic_method method;
     loxo_geodesic_diffusion diffusion;
-    double time_factor;          /* m of eq. (28): time = m * (mean edge length)^2; > 0 */
-    double diffusion_tolerance;  /* change of the directions, eq. (8), that is still to come when a level is left */
-    int64_t n_sweeps;            /* of LOXO_DIFFUSION_SWEEPS */
-    double penalty;              /* mu of ADMM; > 0 */
-    int64_t n_iterations;        /* most ADMM iterations (I_max) */
-    double primal_tolerance;     /* epsilon_1, relative to the mean edge length: scale-free */
-    double dual_tolerance;       /* epsilon_2 */
-    bool global_constraints;     /* eqs. (23)-(26): cycles of surfaces that are no disk, paths between sources */
+    double time_factor;         /* m of eq. (28): time = m * (mean edge length)^2; > 0 */
+    double diffusion_tolerance; /* change of the directions, eq. (8), that is still to come when a level is left */
+    int64_t n_sweeps;           /* of LOXO_DIFFUSION_SWEEPS */
+    double penalty;             /* mu of ADMM; > 0 */
+    int64_t n_iterations;       /* most ADMM iterations (I_max) */
+    double primal_tolerance;    /* epsilon_1, relative to the mean edge length: scale-free */
+    double dual_tolerance;      /* epsilon_2 */
+    bool global_constraints;    /* eqs. (23)-(26): cycles of surfaces that are no disk, paths between sources */
+    double max_distance;        /* vertices farther than this get infinity; > 0, +infinity: no limit */
+    bool nearest; /* keep the nearest source of each vertex, for loxo_geodesic_nearest: 4 bytes a vertex */
     double check_gradient_share; /* result fails its check when |grad d| is off 1 by over 10 % on more of the area */
     double check_breach; /* ... or when the 99th percentile of |d(a) - d(b)| / |ab| - 1 over the edges is more */
 } loxo_geodesic_settings;
@@ -129,7 +131,29 @@ LOXO_API loxo_status loxo_geodesic_create(loxo_context *ctx, const loxo_mesh *me
 LOXO_API loxo_status loxo_geodesic_solve(loxo_geodesic *geodesic, const loxo_index *sources, int64_t n_sources,
                                          double *distance, loxo_geodesic_info *info);
 
-/* The same from a heat that is given instead of diffused, as loxo_geodesic_heat returns it: value * 2^scale in the
+/* A point on the surface: a barycentric combination of up to three of the caller's vertices, of one face. */
+typedef struct loxo_surface_point {
+    loxo_index vertex[3]; /* -1 where unused */
+    double weight[3];     /* of each; >= 0, sum 1 within 1e-6 (then made 1 exactly); not looked at where unused */
+} loxo_surface_point;
+
+/* Distances from a set of points on the surface, which may lie inside faces and edges.
+ *   points     [n_points], n_points >= 1, any order, repeats allowed
+ * returns      as loxo_geodesic_solve; LOXO_ERR_ARGUMENT, with the point's number as element: weights that are negative,
+ *              not finite or do not add up to 1, a vertex out of range, vertices that are not of one face */
+LOXO_API loxo_status loxo_geodesic_solve_points(loxo_geodesic *geodesic, const loxo_surface_point *points,
+                                                int64_t n_points, double *distance, loxo_geodesic_info *info);
+
+/* Limits the solves that follow, as settings.max_distance does. LOXO_ERR_ARGUMENT: not above 0, NaN. */
+LOXO_API loxo_status loxo_geodesic_limit(loxo_geodesic *geodesic, double max_distance);
+
+/* The nearest source of each vertex, of the last solve: which cell of the geodesic Voronoi diagram it lies in. Where two
+ * are as near, within the error of the distances, it is one of them; of sources at one point the first.
+ *   source     [n_vertices] out, caller's order: index into that solve's sources or points; -1 where the distance is infinite
+ * returns      LOXO_OK; LOXO_ERR_ARGUMENT: no solve yet, or settings.nearest was off; LOXO_ERR_MEMORY */
+LOXO_API loxo_status loxo_geodesic_nearest(const loxo_geodesic *geodesic, loxo_index *source);
+
+/* As loxo_geodesic_solve, from a heat that is given instead of diffused, as loxo_geodesic_heat returns it: value * 2^scale in the
  * caller's order; scale may be NULL (all 0). For comparisons of diffusions. LOXO_ERR_ARGUMENT: a value not finite. */
 LOXO_API loxo_status loxo_geodesic_solve_from_heat(loxo_geodesic *geodesic, const loxo_index *sources,
                                                    int64_t n_sources, const double *value, const int32_t *scale,

@@ -118,10 +118,12 @@ static bool parse_size(const char *text, size_t *value)
     return n <= SIZE_MAX;
 }
 
-static bool parse_double(const char *text, double *value)
+/* «inf» only where it is the bound. */
+static bool parse_double(const char *text, double most, double *value)
 {
     char *end = NULL;
-    if (strspn(text, "0123456789+-.eE") != strlen(text) || text[0] == '\0') return false; /* no nan, inf, hex, blanks */
+    if (strcmp(text, "inf") == 0 && isinf(most)) return *value = most, true;
+    if (strspn(text, "0123456789+-.eE") != strlen(text) || text[0] == '\0') return false; /* no nan, hex, blanks */
     *value = loxo_os_strtod(text, &end);
     return end != text && *end == '\0' && isfinite(*value);
 }
@@ -162,7 +164,7 @@ loxo_status loxo_options_set(loxo_context *ctx, const char *who, const loxo_opti
     case LOXO_OPTION_INT64: good = parse_int64(text, p); break;
     case LOXO_OPTION_UINT64: good = parse_uint64(text, p, &end) && *end == '\0'; break;
     case LOXO_OPTION_SIZE: good = parse_size(text, p); break;
-    case LOXO_OPTION_DOUBLE: good = parse_double(text, p); break;
+    case LOXO_OPTION_DOUBLE: good = parse_double(text, o->max, p); break;
     case LOXO_OPTION_CHOICE:
         if (!parse_choice(o, text, p)) return fail_choice(ctx, who, o, text);
         good = true;

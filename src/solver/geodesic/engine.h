@@ -17,7 +17,8 @@ typedef struct geodesic_seed {
     loxo_index source; /* number of the caller's source, the lowest where several are one point */
 } geodesic_seed;
 
-/* What all methods share; lives as long as the solver, at one place. */
+/* What all methods share; lives as long as the solver, at one place. settings.max_distance may be another in each solve:
+ * look it up there. */
 typedef struct geodesic_problem {
     loxo_context *ctx;
     const loxo_mesh *mesh;
@@ -55,6 +56,11 @@ typedef struct geodesic_engine {
     loxo_status (*heat)(const void *state, double *value, int32_t *scale);
     loxo_status (*give_heat)(void *state, const double *value, const int32_t *scale);
 } geodesic_engine;
+
+/* nearest.c: for methods that do not carry the sources along: nearest [n_vertices] out, from distances in the mesh's order.
+ * Allocates 32 bytes a vertex for its time. LOXO_OK, LOXO_ERR_MEMORY, LOXO_ERR_STOPPED. */
+loxo_status geodesic_label_nearest(const geodesic_problem *problem, const geodesic_seed *seeds, int64_t n_seeds,
+                                   const double *distance, loxo_index *nearest);
 
 /* One a method: geodesic_engine_edge and so on. */
 #define GEODESIC_ENGINE_ROW(NAME, name, help) extern const geodesic_engine geodesic_engine_##name;

@@ -76,7 +76,10 @@ loxo_status loxo_geodesic_create(loxo_context *ctx, const loxo_mesh *mesh, const
     if ((status = g->engine->create(&g->problem, &g->state)) < 0) goto fail;
     if (g->engine->room != NULL)
         g->distance = g->engine->room(g->state);
-    else if ((g->distance = g->own_distance = loxo_allocate(ctx, g->problem.m.n_vertices, sizeof(double))) == NULL) {
+    else
+        g->distance = g->own_distance = loxo_allocate(ctx, g->problem.m.n_vertices, sizeof *g->distance);
+    if (chosen.nearest) g->nearest = loxo_allocate(ctx, g->problem.m.n_vertices, sizeof *g->nearest);
+    if (g->distance == NULL || (chosen.nearest && g->nearest == NULL)) {
         status = LOXO_ERR_MEMORY;
         goto fail;
     }
@@ -94,6 +97,7 @@ void loxo_geodesic_destroy(loxo_geodesic *geodesic)
     loxo_context *ctx = geodesic->problem.ctx;
     geodesic->engine->destroy(geodesic->state);
     loxo_release(ctx, geodesic->own_distance);
+    loxo_release(ctx, geodesic->nearest);
     loxo_release(ctx, geodesic);
 }
 
@@ -130,13 +134,21 @@ static void add_phase(loxo_geodesic_info *info, loxo_geodesic_phase phase, doubl
     *clock_s = now;
 }
 
+/* What the solver holds besides the method's workspace. */
+static size_t own_bytes(const loxo_geodesic_settings *settings, const geodesic_engine *engine, int64_t n)
+{
+    const size_t each = (engine->room == NULL ? sizeof(double) : 0) + (settings->nearest ? sizeof(loxo_index) : 0);
+    return each * (size_t)n;
+}
+
 /* may_point_anywhere: a given heat, whose distances may be negative. */
 static loxo_status solve(loxo_geodesic *g, const geodesic_seed *seeds, int64_t n_seeds, bool may_point_anywhere,
                          double *distance, loxo_geodesic_info *info)
 {
     const geodesic_problem *problem = &g->problem;
+    g->is_solved = false;
     info->phase_s[LOXO_GEODESIC_PHASE_PREPARE] = g->prepare_s;
-    const loxo_status of_method = g->engine->solve(g->state, seeds, n_seeds, g->distance, NULL, info);
+    const loxo_status of_method = g->engine->solve(g->state, seeds, n_seeds, g->distance, g->nearest, info);
     if (of_method < 0) return of_method;
     double clock_s = loxo_os_clock_s();
     const loxo_status status = geodesic_check(problem, g->distance, info);
@@ -146,25 +158,42 @@ static loxo_status solve(loxo_geodesic *g, const geodesic_seed *seeds, int64_t n
     loxo_mesh_scatter_to_caller(problem->mesh, g->distance, distance);
     info->n_unreached = count_infinite(problem->ctx, distance, loxo_mesh_n_vertices(problem->mesh));
     add_phase(info, LOXO_GEODESIC_PHASE_INTEGRATE, &clock_s);
-    if (g->own_distance != NULL) info->workspace_bytes += (size_t)problem->m.n_vertices * sizeof(double);
+    g->is_solved = true;
+    info->workspace_bytes += own_bytes(&problem->settings, g->engine, problem->m.n_vertices);
     info->peak_bytes = loxo_context_memory(problem->ctx).peak_bytes;
     info->mean_edge_length = problem->mean_edge_length;
     info->n_sources = n_seeds;
     return judge(g, of_method, info);
 }
 
-/* heat_value NULL: the method diffuses its own, if it does at all. */
-static loxo_status solve_from_vertices(loxo_geodesic *g, const loxo_index *sources, int64_t n_sources,
-                                       const double *heat_value, const int32_t *heat_scale, double *distance,
-                                       loxo_geodesic_info *info)
+/* From either of vertices and points. heat_value NULL: the method diffuses its own, if it does at all. */
+typedef struct solve_call {
+    const loxo_index *sources;
+    const loxo_surface_point *points;
+    int64_t n;
+    const double *heat_value;
+    const int32_t *heat_scale;
+    double *distance;
+} solve_call;
+
+static loxo_status solve_from(loxo_geodesic *g, const solve_call *call, loxo_geodesic_info *info)
 {
     const double start_s = loxo_os_clock_s();
+    loxo_geodesic_info local;
     geodesic_seed *seeds = NULL;
     int64_t n_seeds = 0;
-    loxo_status status = geodesic_seeds_from_vertices(&g->problem, sources, n_sources, &seeds, &n_seeds);
-    if (status >= 0 && heat_value != NULL) status = g->engine->give_heat(g->state, heat_value, heat_scale);
+    loxo_status status;
+    if (g == NULL) return LOXO_ERR_ARGUMENT;
+    if (info == NULL) info = &local;
+    *info = (loxo_geodesic_info){0};
+    if (call->distance == NULL)
+        return loxo_fail(g->problem.ctx, LOXO_ERR_ARGUMENT, "geodesic: the output array is NULL");
+    status = call->points != NULL ? geodesic_seeds_from_points(&g->problem, call->points, call->n, &seeds, &n_seeds)
+                                  : geodesic_seeds_from_vertices(&g->problem, call->sources, call->n, &seeds, &n_seeds);
+    if (status >= 0 && call->heat_value != NULL)
+        status = g->engine->give_heat(g->state, call->heat_value, call->heat_scale);
     loxo_progress_begin(g->problem.ctx);
-    if (status >= 0) status = solve(g, seeds, n_seeds, heat_value != NULL, distance, info);
+    if (status >= 0) status = solve(g, seeds, n_seeds, call->heat_value != NULL, call->distance, info);
     loxo_release(g->problem.ctx, seeds);
     info->total_s = loxo_os_clock_s() - start_s;
     return status;
@@ -173,13 +202,55 @@ static loxo_status solve_from_vertices(loxo_geodesic *g, const loxo_index *sourc
 loxo_status loxo_geodesic_solve(loxo_geodesic *geodesic, const loxo_index *sources, int64_t n_sources, double *distance,
                                 loxo_geodesic_info *info)
 {
-    loxo_geodesic_info local;
-    loxo_geodesic_info *out = info != NULL ? info : &local;
+    const solve_call call = {.sources = sources, .n = n_sources, .distance = distance};
+    return solve_from(geodesic, &call, info);
+}
+
+loxo_status loxo_geodesic_solve_points(loxo_geodesic *geodesic, const loxo_surface_point *points, int64_t n_points,
+                                       double *distance, loxo_geodesic_info *info)
+{
+    const solve_call call = {.points = points, .n = n_points, .distance = distance};
+    return solve_from(geodesic, &call, info);
+}
+
+loxo_status loxo_geodesic_limit(loxo_geodesic *geodesic, double max_distance)
+{
     if (geodesic == NULL) return LOXO_ERR_ARGUMENT;
-    *out = (loxo_geodesic_info){0};
-    if (distance == NULL)
-        return loxo_fail(geodesic->problem.ctx, LOXO_ERR_ARGUMENT, "geodesic: the output array is NULL");
-    return solve_from_vertices(geodesic, sources, n_sources, NULL, NULL, distance, out);
+    loxo_geodesic_settings settings = geodesic->problem.settings;
+    settings.max_distance = max_distance;
+    const loxo_status status = loxo_options_check(geodesic->problem.ctx, "geodesic", loxo_geodesic_options, &settings);
+    if (status >= 0) geodesic->problem.settings = settings;
+    return status;
+}
+
+loxo_status loxo_geodesic_nearest(const loxo_geodesic *geodesic, loxo_index *source)
+{
+    if (geodesic == NULL) return LOXO_ERR_ARGUMENT;
+    const loxo_geodesic *g = geodesic;
+    loxo_context *ctx = g->problem.ctx;
+    const loxo_mesh *mesh = g->problem.mesh;
+    const loxo_index *origin = g->problem.m.vertex_origin, *to_mesh = mesh->caller_to_mesh;
+    const int64_t n = g->problem.m.n_vertices;
+    if (source == NULL || g->nearest == NULL || !g->is_solved)
+        return loxo_fail(ctx, LOXO_ERR_ARGUMENT,
+                         "geodesic: no nearest sources: no solve yet, or settings.nearest is off");
+    if (to_mesh == NULL) {
+        for (int64_t v = 0; v < n; ++v)
+            source[origin != NULL ? origin[v] : v] = g->nearest[v];
+        return LOXO_OK;
+    }
+    /* After a repair: of the copies of a vertex the one whose distance was given. */
+    const int64_t n_caller = loxo_mesh_n_vertices(mesh);
+    loxo_index *copy = loxo_allocate(ctx, n_caller, sizeof *copy);
+    if (copy == NULL) return LOXO_ERR_MEMORY;
+    for (int64_t i = 0; i < n_caller; ++i)
+        copy[i] = to_mesh[i];
+    for (int64_t v = n - 1; v >= 0; --v)
+        if (g->distance[v] <= g->distance[copy[origin[v]]]) copy[origin[v]] = (loxo_index)v;
+    for (int64_t i = 0; i < n_caller; ++i)
+        source[i] = to_mesh[i] >= 0 ? g->nearest[copy[origin[to_mesh[i]]]] : -1;
+    loxo_release(ctx, copy);
+    return LOXO_OK;
 }
 
 static loxo_status refuse_heat(const loxo_geodesic *g)
@@ -192,14 +263,12 @@ loxo_status loxo_geodesic_solve_from_heat(loxo_geodesic *geodesic, const loxo_in
                                           const double *value, const int32_t *scale, double *distance,
                                           loxo_geodesic_info *info)
 {
-    loxo_geodesic_info local;
-    loxo_geodesic_info *out = info != NULL ? info : &local;
+    const solve_call call = {
+        .sources = sources, .n = n_sources, .heat_value = value, .heat_scale = scale, .distance = distance};
     if (geodesic == NULL) return LOXO_ERR_ARGUMENT;
-    *out = (loxo_geodesic_info){0};
-    if (distance == NULL || value == NULL)
-        return loxo_fail(geodesic->problem.ctx, LOXO_ERR_ARGUMENT, "geodesic: an array is NULL");
+    if (value == NULL) return loxo_fail(geodesic->problem.ctx, LOXO_ERR_ARGUMENT, "geodesic: an array is NULL");
     if (geodesic->engine->give_heat == NULL) return refuse_heat(geodesic);
-    return solve_from_vertices(geodesic, sources, n_sources, value, scale, distance, out);
+    return solve_from(geodesic, &call, info);
 }
 
 loxo_status loxo_geodesic_heat(const loxo_geodesic *geodesic, double *value, int32_t *scale)
@@ -248,7 +317,7 @@ loxo_status loxo_geodesic_estimate(loxo_context *ctx, int64_t n_vertices, int64_
     if (problem.n_boundary_edges < 0) problem.n_boundary_edges = 0;
     if (problem.n_boundary_edges > 3 * n_faces) problem.n_boundary_edges = 3 * n_faces;
     if (workspace_bytes != NULL)
-        *workspace_bytes = engine->bytes(&problem) + (engine->room == NULL ? (size_t)n_vertices * sizeof(double) : 0);
+        *workspace_bytes = engine->bytes(&problem) + own_bytes(&problem.settings, engine, n_vertices);
     if (solve_s != NULL) {
         const double n_threads = (double)loxo_threads_for(ctx, n_vertices, 100.0);
         *solve_s = 1e-9 * engine->vertex_ns * (double)n_vertices / (1.0 + GAIN_OF_A_THREAD * (n_threads - 1.0));

@@ -11,13 +11,18 @@ struct loxo_geodesic {
     void *state;
     double *distance; /* [n_vertices] of the last solve, in the mesh's order; in the engine's room where it has one */
     double *own_distance; /* else here */
+    loxo_index *nearest;  /* [n_vertices] with settings.nearest, else NULL */
     double prepare_s;
+    bool is_solved; /* distance and nearest are those of a solve */
 };
 
 /* sources.c: the caller's sources as seeds, in a new array that the caller releases. Of a vertex that a repair has split
  * every copy is a seed. LOXO_ERR_ARGUMENT, LOXO_ERR_MESH with the element. */
 loxo_status geodesic_seeds_from_vertices(const geodesic_problem *problem, const loxo_index *sources, int64_t n_sources,
                                          geodesic_seed **seeds, int64_t *n_seeds);
+/* A point with a repaired edge may be several. LOXO_ERR_ARGUMENT: with the number of the point. */
+loxo_status geodesic_seeds_from_points(const geodesic_problem *problem, const loxo_surface_point *points,
+                                       int64_t n_points, geodesic_seed **seeds, int64_t *n_seeds);
 
 /* check.c: looks at distances in the mesh's order. LOXO_ERR_NUMERIC: one is not a number. */
 loxo_status geodesic_check(const geodesic_problem *problem, const double *distance, loxo_geodesic_info *info);

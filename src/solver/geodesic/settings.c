@@ -4,6 +4,8 @@
 
 #include <loxo/geodesic.h>
 
+#include <math.h>
+
 loxo_geodesic_settings loxo_geodesic_settings_default(void)
 {
     return (loxo_geodesic_settings){
@@ -19,6 +21,8 @@ loxo_geodesic_settings loxo_geodesic_settings_default(void)
         /* As in the paper, off: within a few iterations their correction stays on the chains, and the distances that are
          * summed across those get worse (kitten, genus 1: 0.93 % on, 0.72 % off). */
         .global_constraints = false,
+        .max_distance = HUGE_VAL,
+        .nearest = false,
         .check_gradient_share = 0.6,
         .check_breach = 1.5,
     };
@@ -89,6 +93,17 @@ const loxo_option loxo_geodesic_options[] = {
      .type = LOXO_OPTION_BOOL,
      .offset = FIELD(global_constraints),
      .help = "line integrals vanish along cycles of surfaces that are no disk, and between sources"},
+    {.name = "max-distance",
+     .type = LOXO_OPTION_DOUBLE,
+     .offset = FIELD(max_distance),
+     .min = 0.0,
+     .max = HUGE_VAL,
+     .exclusive_min = true,
+     .help = "vertices farther than this get infinity"},
+    {.name = "nearest",
+     .type = LOXO_OPTION_BOOL,
+     .offset = FIELD(nearest),
+     .help = "tell the nearest source of each vertex, too"},
     {.name = "check-gradient-share",
      .type = LOXO_OPTION_DOUBLE,
      .offset = FIELD(check_gradient_share),

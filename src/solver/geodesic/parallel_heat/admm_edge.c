@@ -223,6 +223,7 @@ static loxo_status make_targets(edge_problem *e, double *disagreement)
         g->kernels->face_differences(&g->m, g->vertex_value, g->vertex_scale, r.begin, r.end, g->difference);
     }
     if ((status = heat_fill_flat_faces(g, g->difference)) < 0) return status;
+    if ((status = heat_aim_from_seeds(g, g->difference)) < 0) return status;
     if ((status = loxo_sum(g->ctx, n_faces, 1, close_faces, g, disagreement)) < 0) return status;
     if (e->chains->n_chains == 0) return LOXO_OK;
     if ((status = special_edges_create(g->ctx, &g->m, e->chains, &e->s)) < 0) return status;

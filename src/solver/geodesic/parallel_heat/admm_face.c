@@ -259,6 +259,7 @@ loxo_status heat_recover_face(parallel_heat *g, const loxo_chains *chains, loxo_
                                  g->target, g->push[0]);
     }
     if ((status = heat_fill_flat_faces(g, g->push[0])) < 0) return status;
+    if ((status = heat_aim_from_seeds(g, g->push[0])) < 0) return status;
     if (chains->n_chains > 0 && (status = face_chains_create(g, chains, &p.s)) < 0) return status;
     heat_clock(g, LOXO_GEODESIC_PHASE_GRADIENT, info);
 

@@ -117,6 +117,7 @@ static void build_row(parallel_heat *g, int64_t level, int64_t place, int64_t bl
     }
 
     inner_sum inner = {.sum = 1.0, .gain = 1.0}; /* a source hears its own heat */
+    if (g->start_heat != NULL && level == 0) inner.sum = g->start_heat[place];
     if (level > 0) {
         inner = hear_inner(g, entry, n, level_begin, parity);
         inner.sum *= time;

@@ -13,7 +13,7 @@ void heat_integrate(parallel_heat *g)
     if (per_level / MIN_LEVEL_PER_THREAD < n_threads) n_threads = (int)(per_level / MIN_LEVEL_PER_THREAD);
     if (n_threads < 1) n_threads = 1;
     for (int64_t p = 0; p < g->level_begin[1]; ++p)
-        g->value[2 * p + 1] = 0.0;
+        g->value[2 * p + 1] = g->start_distance != NULL ? g->start_distance[p] : 0.0;
 #pragma omp parallel num_threads(n_threads)
     {
         for (int64_t level = 1; level < g->n_levels; ++level) {

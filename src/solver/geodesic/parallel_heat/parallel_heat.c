@@ -5,7 +5,6 @@
 #include "base/os.h"
 #include "kernel/descent_kernel.h"
 #include "par/range.h"
-#include "solver/geodesic/engine.h"
 #include "solver/geodesic/parallel_heat/tree.h"
 
 #include <inttypes.h>
@@ -120,7 +119,8 @@ static loxo_status parallel_heat_create(const geodesic_problem *problem, void **
     parallel_heat *g = loxo_allocate(ctx, 1, sizeof *g);
     *state = g;
     if (g == NULL) return LOXO_ERR_MEMORY;
-    *g = (parallel_heat){.ctx = ctx, .mesh = problem->mesh, .m = problem->m, .settings = problem->settings};
+    *g = (parallel_heat){
+        .problem = problem, .ctx = ctx, .mesh = problem->mesh, .m = problem->m, .settings = problem->settings};
     g->kernels = k_variant_get(loxo_context_isa(ctx));
     g->n_boundary_edges = problem->n_boundary_edges;
     g->mean_edge_length = problem->mean_edge_length;
@@ -180,6 +180,7 @@ void heat_to_vertices(parallel_heat *g)
 static void distances_to_vertices(const parallel_heat *g, double *distance)
 {
     const int64_t n = g->m.n_vertices;
+    const double most = g->problem->settings.max_distance;
 #pragma omp parallel num_threads(loxo_threads_for(g->ctx, n, 5.0))
     {
         const loxo_range r = loxo_thread_range(n);
@@ -187,13 +188,15 @@ static void distances_to_vertices(const parallel_heat *g, double *distance)
             const int64_t p = g->rank[v], next = v + PLACES_AHEAD < n ? g->rank[v + PLACES_AHEAD] : -1;
             if (next >= 0) __builtin_prefetch(&g->value[2 * next + 1], 0, 2);
             const double d = p >= 0 ? g->value[2 * p + 1] : 0.0;
-            distance[v] = p < 0 ? HUGE_VAL : isfinite(d) ? d : (double)NAN;
+            distance[v] = !isfinite(d) ? (double)NAN : p < 0 || d > most ? HUGE_VAL : d;
         }
     }
 }
 
-static loxo_status recover(parallel_heat *g, int64_t n_sources, loxo_geodesic_info *info)
+static loxo_status recover(parallel_heat *g, loxo_geodesic_info *info)
 {
+    /* What (25), (26) ask of the way between two sources does not hold between corners around them. */
+    const int64_t n_sources = g->start_distance == NULL ? g->level_begin[1] : 1;
     loxo_chains chains = {0};
     loxo_status status = LOXO_OK;
     if (g->settings.global_constraints && (g->cycles.n_chains > 0 || n_sources > 1)) {
@@ -228,16 +231,35 @@ static loxo_status judge(const parallel_heat *g, const diffusion_result *diffusi
     return LOXO_OK;
 }
 
-/* Finds levels from the seeds. */
-static loxo_status begin_at(parallel_heat *g, const geodesic_seed *seeds, int64_t n_seeds)
+/* From the seeds to distances. */
+static loxo_status find_distances(parallel_heat *g, const geodesic_seed *seeds, int64_t n_seeds, double *distance,
+                                  diffusion_result *diffusion, loxo_geodesic_info *info)
 {
-    loxo_index *sources = loxo_allocate(g->ctx, n_seeds, sizeof *sources);
-    if (sources == NULL) return LOXO_ERR_MEMORY;
-    for (int64_t i = 0; i < n_seeds; ++i)
-        sources[i] = seeds[i].vertex;
-    const loxo_status status = heat_find_levels(g, sources, n_seeds);
-    loxo_release(g->ctx, sources);
-    return status;
+    const double *given_value = g->given_value;
+    const int32_t *given_scale = g->given_scale;
+    g->given_value = NULL;
+    g->given_scale = NULL;
+    g->has_heat = false;
+    g->clock_s = loxo_os_clock_s();
+    loxo_status status = heat_begin(g, seeds, n_seeds);
+    if (status < 0) return status;
+    heat_clock(g, LOXO_GEODESIC_PHASE_LEVELS, info);
+
+    if (given_value != NULL)
+        take_heat(g, given_value, given_scale);
+    else if (g->settings.diffusion == LOXO_DIFFUSION_MARCHING)
+        status = heat_march(g, diffusion);
+    else
+        status = heat_sweep(g, diffusion);
+    if (status < 0) return status;
+    g->has_heat = true;
+    heat_clock(g, LOXO_GEODESIC_PHASE_DIFFUSION, info);
+
+    if ((status = recover(g, info)) < 0) return status;
+    heat_integrate(g);
+    distances_to_vertices(g, distance);
+    heat_clock(g, LOXO_GEODESIC_PHASE_INTEGRATE, info);
+    return LOXO_OK;
 }
 
 static loxo_status parallel_heat_solve(void *state, const geodesic_seed *seeds, int64_t n_seeds, double *distance,
@@ -245,30 +267,11 @@ static loxo_status parallel_heat_solve(void *state, const geodesic_seed *seeds, 
 {
     parallel_heat *g = state;
     diffusion_result diffusion = {0};
-    const double *given_value = g->given_value;
-    const int32_t *given_scale = g->given_scale;
-    g->given_value = NULL;
-    g->given_scale = NULL;
-    g->has_heat = false;
-    g->clock_s = loxo_os_clock_s();
-    (void)nearest;
-    loxo_status status = begin_at(g, seeds, n_seeds);
+    loxo_status status = find_distances(g, seeds, n_seeds, distance, &diffusion, info);
+    heat_end(g);
     if (status < 0) return status;
-    heat_clock(g, LOXO_GEODESIC_PHASE_LEVELS, info);
-
-    if (given_value != NULL)
-        take_heat(g, given_value, given_scale);
-    else if (g->settings.diffusion == LOXO_DIFFUSION_MARCHING)
-        status = heat_march(g, &diffusion);
-    else
-        status = heat_sweep(g, &diffusion);
-    if (status < 0) return status;
-    g->has_heat = true;
-    heat_clock(g, LOXO_GEODESIC_PHASE_DIFFUSION, info);
-
-    if ((status = recover(g, n_seeds, info)) < 0) return status;
-    heat_integrate(g);
-    distances_to_vertices(g, distance);
+    if (nearest != NULL && (status = geodesic_label_nearest(g->problem, seeds, n_seeds, distance, nearest)) < 0)
+        return status;
     heat_clock(g, LOXO_GEODESIC_PHASE_INTEGRATE, info);
 
     info->n_evaluations = diffusion.n_updates;

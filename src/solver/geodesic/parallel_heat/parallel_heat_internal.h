@@ -9,8 +9,7 @@
 #include "kernel/variants.h"
 #include "mesh/mesh_internal.h"
 #include "mesh/topology.h"
-
-#include <loxo/geodesic.h>
+#include "solver/geodesic/engine.h"
 
 #define MAX_UPDATES 400 /* a level that has not settled after so many is left to settle.c */
 /* Rows of a level are relaxed in blocks of so many; neighbours in other blocks of the level count with their value of
@@ -27,6 +26,7 @@ typedef struct block_reach {
 
 /* Arrays in breadth-first order stand at index p («place»), those of the mesh at v or f or h. */
 typedef struct parallel_heat {
+    const geodesic_problem *problem;
     loxo_context *ctx;
     const loxo_mesh *mesh;
     loxo_mesh_view m;
@@ -41,6 +41,10 @@ typedef struct parallel_heat {
     bool has_heat;
     const double *given_value; /* of the next solve, caller's order; NULL: none */
     const int32_t *given_scale;
+    /* During a solve with sources inside faces or edges; else NULL. */
+    double *start_heat, *start_distance; /* of each place of level 0 */
+    const geodesic_seed *seeds;          /* [n_seeds] */
+    int64_t n_seeds;
 
     loxo_arena arena;
     /* rows of the cotangent matrix in the mesh's order, areas in units of mean_edge_length^2 */
@@ -108,6 +112,12 @@ static inline int64_t heat_block(const parallel_heat *g, int64_t level, int64_t 
 /* levels.c: breadth-first levels from sources (places 0..n-1, sorted, without repeats); of every place the beginning and
  * the entries of its row (slot a place, coefficient the weight) and, in weight, its area. */
 loxo_status heat_find_levels(parallel_heat *g, const loxo_index *sources, int64_t n_sources);
+
+/* starts.c: levels from the seeds; then until heat_end level 0 has what it starts with. */
+loxo_status heat_begin(parallel_heat *g, const geodesic_seed *seeds, int64_t n_seeds);
+void heat_end(parallel_heat *g);
+/* ... and what faces with sources inside want, over what heat wants there, as heat_fill_flat_faces. */
+loxo_status heat_aim_from_seeds(parallel_heat *g, double *difference);
 
 /* diffusion.c */
 loxo_status heat_march(parallel_heat *g, diffusion_result *result);
