@@ -79,6 +79,8 @@ static void put_info(json_t *json, const loxo_geodesic_info *i)
     json_put_integer(json, "n_constraints", i->n_constraints);
     json_put_integer(json, "n_constraints_left_out", i->n_constraints_left_out);
     json_put_number(json, "constraint_residual", i->constraint_residual);
+    json_put_integer(json, "max_windows", i->max_windows);
+    json_put_integer(json, "n_bends", i->n_bends);
     json_put_integer(json, "n_unreached", i->n_unreached);
     json_put_integer(json, "n_negative", i->n_negative);
     json_put_integer(json, "n_nonpositive_heat", i->n_nonpositive_heat);
@@ -103,7 +105,12 @@ void cli_report_geodesic(cli_run *run, const loxo_geodesic_info *i, int64_t n_ve
     report_row(out, "sources", "%s", text_count(i->n_sources));
     for (int p = 0; p < LOXO_GEODESIC_N_PHASES; ++p) {
         const char *name = loxo_geodesic_phase_name((loxo_geodesic_phase)p);
-        if (p == LOXO_GEODESIC_PHASE_DIFFUSION)
+        if (p != LOXO_GEODESIC_PHASE_PREPARE && i->phase_s[p] == 0.0) continue; /* not of this method */
+        if (p == LOXO_GEODESIC_PHASE_PROPAGATE)
+            report_row(out, name, "%s, %.3g passed on a vertex, %s at most at once, %s vertices bent ways",
+                       text_seconds(i->phase_s[p]), (double)i->n_evaluations / n, text_count(i->max_windows),
+                       text_count(i->n_bends));
+        else if (p == LOXO_GEODESIC_PHASE_DIFFUSION)
             report_row(out, name, "%s, %s levels, window at most %s, %.3g updates a vertex, %s",
                        text_seconds(i->phase_s[p]), text_count(i->n_levels), text_count(i->max_window),
                        (double)i->n_evaluations / n,

@@ -18,7 +18,8 @@ typedef struct loxo_geodesic loxo_geodesic;
 /* Every method, its name on the command line and what it is: the one list. */
 #define LOXO_GEODESIC_METHOD_LIST(X)                                                                                   \
     X(EDGE, edge, "parallel heat, section 4: differences along edges; least memory")                                   \
-    X(FACE, face, "parallel heat, section 3: gradients on faces; a little more accurate")
+    X(FACE, face, "parallel heat, section 3: gradients on faces; a little more accurate")                              \
+    X(EXACT, exact, "polyhedral distances to rounding, by windows; memory grows with the front")
 
 typedef enum loxo_geodesic_method {
 #define LOXO_GEODESIC_METHOD_ROW(NAME, name, help) LOXO_GEODESIC_##NAME,
@@ -68,6 +69,7 @@ typedef enum loxo_geodesic_phase {
     LOXO_GEODESIC_PHASE_GRADIENT, /* directions and what ADMM starts from */
     LOXO_GEODESIC_PHASE_ADMM,
     LOXO_GEODESIC_PHASE_INTEGRATE,
+    LOXO_GEODESIC_PHASE_PROPAGATE, /* exact: windows */
     LOXO_GEODESIC_PHASE_CHECK,
     LOXO_GEODESIC_N_PHASES
 } loxo_geodesic_phase;
@@ -78,7 +80,7 @@ typedef struct loxo_geodesic_info {
     /* the head that every info has */
     loxo_stop_reason stop_reason; /* of ADMM, or LOXO_STOP_MONITOR */
     int64_t n_iterations;         /* ADMM */
-    int64_t n_evaluations;        /* vertex updates of the diffusion */
+    int64_t n_evaluations;        /* vertex updates of the diffusion; exact: windows passed on */
     double objective;             /* (20) or (10) at the end */
     double residual;              /* primal residual at the end, relative */
     double phase_s[LOXO_GEODESIC_N_PHASES];
@@ -97,6 +99,9 @@ typedef struct loxo_geodesic_info {
     int64_t n_constraints;          /* cycles and paths */
     int64_t n_constraints_left_out; /* they would have been longer than the mesh allows */
     double constraint_residual;     /* largest |line integral| over its chain's length at the end */
+    /* exact */
+    int64_t max_windows; /* most that were kept at once; 48 bytes each */
+    int64_t n_bends;     /* times that a vertex at which shortest ways may bend sent windows out */
     /* the check of the answer */
     int64_t n_unreached;        /* vertices at infinity: other components, unreferenced ones */
     int64_t n_negative;         /* vertices whose distance is below minus a tenth of the mean edge length */

@@ -242,7 +242,7 @@ static void check_refused(const surface *s, const loxo_geodesic_settings *settin
 TEST(settings_out_of_range_are_named)
 {
     surface s = surface_make(test_context, LOXO_SHAPE_ICOSPHERE, 42, NAN);
-    CHECK_REFUSED(method, (loxo_geodesic_method)2, "method");
+    CHECK_REFUSED(method, LOXO_GEODESIC_N_METHODS, "method");
     CHECK_REFUSED(diffusion, (loxo_geodesic_diffusion)7, "diffusion");
     CHECK_REFUSED(time_factor, 0.0, "time-factor");
     CHECK_REFUSED(time_factor, -1.0, "time-factor");

@@ -16,7 +16,7 @@ static const geodesic_engine *const engines[] = {LOXO_GEODESIC_METHOD_LIST(ENGIN
 
 const char *loxo_geodesic_phase_name(loxo_geodesic_phase phase)
 {
-    static const char *const names[] = {"prepare", "levels", "diffusion", "gradient", "ADMM", "integrate", "check"};
+    static const char *const names[] = {"prepare", "levels", "diffusion", "gradient", "ADMM", "integrate", "windows", "check"};
     return phase >= 0 && phase < LOXO_GEODESIC_N_PHASES ? names[phase] : "unknown";
 }
 

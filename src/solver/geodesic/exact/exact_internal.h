@@ -1,0 +1,151 @@
+/* SPDX-License-Identifier: MIT
+ * Inside of the exact method: windows wait in lists on half-edges, lists and bending vertices in one queue. */
+#ifndef LOXO_SOLVER_GEODESIC_EXACT_H
+#define LOXO_SOLVER_GEODESIC_EXACT_H
+
+#include "base/arena.h"
+#include "kernel/window_kernel.h"
+#include "solver/geodesic/engine.h"
+
+/* ---- where shortest ways come from ---- */
+
+/* Source of a straight piece: a vertex >= 0, or seed s as -1 - s. */
+typedef int32_t exact_origin;
+
+/* Last straight piece of a vertex's shortest way, read backwards: from the vertex across its opposite half-edge `via`, at
+ * `at` along it, and on to the origin. at < 0: it does not leave via's face, where the seed lies. via < 0: the vertex is
+ * a seed. Only for vertices with a finite distance. */
+typedef struct exact_reach {
+    double at;
+    loxo_index via;
+    exact_origin origin;
+} exact_reach;
+
+/* ---- windows ---- */
+
+#define EXACT_NONE       UINT32_MAX
+#define EXACT_CHUNK_BITS 12
+
+typedef struct exact_node {
+    k_window w;
+    exact_origin origin;
+    uint32_t next; /* in its list, or of the free ones */
+} exact_node;
+
+/* Nodes by number; chunks stay where they are while there are more. */
+typedef struct exact_pool {
+    exact_node **chunk;
+    int64_t n_chunks, capacity;
+    uint32_t first_free;
+    int64_t n_live, peak_live;
+} exact_pool;
+
+static inline exact_node *exact_pool_node(const exact_pool *pool, uint32_t id)
+{
+    return &pool->chunk[id >> EXACT_CHUNK_BITS][id & ((1u << EXACT_CHUNK_BITS) - 1)];
+}
+
+/* Makes free nodes when there are none. */
+loxo_status exact_pool_grow(loxo_context *ctx, exact_pool *pool);
+/* Forgets all nodes and keeps the chunks. */
+void exact_pool_clear(exact_pool *pool);
+size_t exact_pool_bytes(const exact_pool *pool);
+void exact_pool_destroy(loxo_context *ctx, exact_pool *pool);
+
+/* ---- the queue ---- */
+
+/* Smallest key first, of equal keys the smallest item. */
+typedef struct exact_entry {
+    float key;
+    uint32_t item; /* half-edge h, or 3 n_faces + vertex */
+} exact_entry;
+
+typedef struct exact_queue {
+    exact_entry *heap;
+    int64_t n, capacity;
+} exact_queue;
+
+loxo_status exact_queue_push(loxo_context *ctx, exact_queue *queue, exact_entry entry);
+exact_entry exact_queue_pop(exact_queue *queue); /* n > 0 */
+void exact_queue_destroy(loxo_context *ctx, exact_queue *queue);
+
+/* ---- a solver ---- */
+
+/* What is known of a vertex. */
+enum {
+    EXACT_LOOKED_AT = 1, /* the next two are known; the surface's, kept from solve to solve */
+    EXACT_BENDS = 2,     /* ways may bend there: the angles sum to over 2 pi, or it lies on a boundary */
+    EXACT_ALL_ROUND = 4, /* it has a face without height: ways that bend there are sent in all directions */
+    EXACT_QUEUED = 8,    /* bends, and its distance got smaller since it last sent windows */
+};
+
+typedef struct exact_sorted {
+    k_window w;
+    exact_origin origin;
+    double sight; /* where the line from the source to the apex crosses the base */
+    double way;   /* length by this window to the apex */
+} exact_sorted;
+
+typedef struct exact_state {
+    loxo_context *ctx;
+    const geodesic_problem *problem;
+    loxo_mesh_view m;
+    loxo_arena arena;
+    double key_scale;    /* keys are distances in this unit, that float holds them */
+    double max_distance; /* ways beyond are dropped */
+    /* kept from solve to solve; [3 n_faces] first node of each half-edge's list, all EXACT_NONE between solves */
+    uint32_t *list;
+    exact_reach *reach; /* [n_vertices] */
+    uint8_t *known;     /* [n_vertices] */
+    exact_pool pool;
+    exact_queue queue;
+    exact_sorted *work; /* [n_work] the list that is passed on */
+    int64_t n_work;
+    /* of the last solve */
+    double *distance; /* the caller's */
+    const geodesic_seed *seeds;
+    int64_t n_windows; /* passed on */
+    int64_t n_bends;   /* times that a vertex sent windows */
+    int64_t n_reached; /* vertices */
+} exact_state;
+
+/* A shorter way to a vertex: takes it over, and queues the vertex when ways may bend there. */
+loxo_status exact_improve(exact_state *s, loxo_index vertex, double distance, exact_reach reach);
+/* Puts a window on half-edge h, below which its source lies; queues h. */
+loxo_status exact_add(exact_state *s, loxo_index h, const k_window *w, exact_origin origin, double key);
+/* Takes the list of half-edge h across the face of h. */
+loxo_status exact_pass_on(exact_state *s, loxo_index h);
+/* Sorts windows of one half-edge and takes away what others make needless; returns how many are left. The face that they
+ * have crossed lies below the edge, its third corner at (corner_x, -corner_y). */
+int64_t exact_prune(exact_sorted *work, int64_t n, double length, double corner_x, double corner_y);
+/* Windows from a seed, and from a vertex whose distance stands. */
+loxo_status exact_send_from_seed(exact_state *s, int64_t seed);
+loxo_status exact_send_from_vertex(exact_state *s, loxo_index vertex);
+/* EXACT_LOOKED_AT and what goes with it. */
+uint8_t exact_look_at(const exact_state *s, loxo_index vertex);
+
+static inline exact_entry exact_entry_of_vertex(const exact_state *s, loxo_index vertex)
+{
+    return (exact_entry){(float)(s->distance[vertex] * s->key_scale), (uint32_t)(3 * s->m.n_faces) + (uint32_t)vertex};
+}
+
+/* The face of h unfolded above h. */
+static inline k_layout exact_layout(const loxo_mesh_view *m, loxo_index h, double length[3])
+{
+    double given[3];
+    const int64_t f = k_face_of(h);
+    const int corner = (int)(h - 3 * f);
+    k_face_lengths(m, f, given);
+    length[0] = given[corner];
+    length[1] = given[corner == 2 ? 0 : corner + 1];
+    length[2] = given[corner == 0 ? 2 : corner - 1];
+    return k_layout_of(length);
+}
+
+/* A bound with its slack for windows on an edge of that length. */
+static inline double exact_bound(double distance, double length)
+{
+    return distance + K_WINDOW_SLACK * (distance + length);
+}
+
+#endif
