@@ -8,8 +8,8 @@
 #ifndef LOXO_KERNEL_DESCENT_KERNEL_H
 #define LOXO_KERNEL_DESCENT_KERNEL_H
 
+#include "kernel/layout_kernel.h"
 #include "kernel/scaled.h"
-#include "kernel/vec3.h"
 
 /* So many faces are worked on at a time: their numbers are gathered one by one, then computed with side by side, which
  * compilers turn into vector instructions. Several times a vector's width, or vectors would be read before the single
@@ -41,28 +41,41 @@ static inline void k_prefetch_corners(const loxo_mesh_view *m, const double *val
     if (v >= m->n_vertices) return;
     __builtin_prefetch(&value[v], 0, 2);
     __builtin_prefetch(&scale[v], 0, 2);
+    if (m->halfedge_length != NULL) return;
     if (m->position != NULL)
         __builtin_prefetch(&m->position[v], 0, 2);
     else
         __builtin_prefetch(&m->position_float[v], 0, 2);
 }
 
+static inline void k_gather_corner(k_face_batch *restrict b, int64_t i, int k, loxo_vec3 p, double value, int32_t scale)
+{
+    b->x[k][i] = p.x;
+    b->y[k][i] = p.y;
+    b->z[k][i] = p.z;
+    b->value[k][i] = value;
+    b->scale[k][i] = scale;
+}
+
 /* Faces f..f+n-1, n <= K_BATCH; the rest of the batch repeats the last of them. */
 static inline void k_gather_batch(const loxo_mesh_view *m, const double *value, const int32_t *scale, int64_t f,
                                   int64_t n, k_face_batch *restrict b)
 {
+    const bool has_lengths = m->halfedge_length != NULL;
     for (int64_t i = 0; i < n; i += 4)
         k_prefetch_corners(m, value, scale, f + i);
-    for (int64_t i = 0; i < K_BATCH; ++i) {
+    for (int64_t i = 0; i < K_BATCH && !has_lengths; ++i) {
         const loxo_index *corner = &m->halfedge_vertex[3 * (f + (i < n ? i : n - 1))];
-        for (int k = 0; k < 3; ++k) {
-            const loxo_vec3 p = k_position(m, corner[k]);
-            b->x[k][i] = p.x;
-            b->y[k][i] = p.y;
-            b->z[k][i] = p.z;
-            b->value[k][i] = value[corner[k]];
-            b->scale[k][i] = scale[corner[k]];
-        }
+        for (int k = 0; k < 3; ++k)
+            k_gather_corner(b, i, k, k_position(m, corner[k]), value[corner[k]], scale[corner[k]]);
+    }
+    for (int64_t i = 0; i < K_BATCH && has_lengths; ++i) {
+        const int64_t face = f + (i < n ? i : n - 1);
+        const loxo_index *corner = &m->halfedge_vertex[3 * face];
+        loxo_vec3 p[3];
+        k_face_corners(m, face, p);
+        for (int k = 0; k < 3; ++k)
+            k_gather_corner(b, i, k, p[k], value[corner[k]], scale[corner[k]]);
     }
 }
 

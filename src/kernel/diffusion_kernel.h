@@ -5,8 +5,8 @@
 #ifndef LOXO_KERNEL_DIFFUSION_KERNEL_H
 #define LOXO_KERNEL_DIFFUSION_KERNEL_H
 
+#include "kernel/layout_kernel.h"
 #include "kernel/scaled.h"
-#include "kernel/vec3.h"
 
 /* One vertex of the system, divided by its diagonal and times its relaxation factor omega:
  *   value <- keep * value + constant + sum over entries coefficient * value[neighbour].
@@ -41,9 +41,10 @@ typedef struct k_face_shape {
 /* A face without area has cotangents 0: it contributes nothing. */
 static inline k_face_shape k_shape_of_face(const loxo_mesh_view *m, int64_t f)
 {
-    const loxo_index *corner = &m->halfedge_vertex[3 * f];
-    const loxo_vec3 a = k_position(m, corner[0]), b = k_position(m, corner[1]), c = k_position(m, corner[2]);
-    const loxo_vec3 ab = v3_sub(b, a), bc = v3_sub(c, b), ca = v3_sub(a, c);
+    loxo_vec3 corner[3];
+    k_face_corners(m, f, corner);
+    const loxo_vec3 ab = v3_sub(corner[1], corner[0]), bc = v3_sub(corner[2], corner[1]);
+    const loxo_vec3 ca = v3_sub(corner[0], corner[2]);
     const double twice_area = v3_norm(v3_cross(ab, ca));
     const double minus_inverse = twice_area > 0.0 ? -1.0 / twice_area : 0.0;
     return (k_face_shape){
@@ -61,7 +62,8 @@ static inline k_face_shape k_shape_from(const loxo_mesh_view *m, const k_face_sh
     return f >= kept->begin && f < kept->end ? kept->shape[f - kept->begin] : k_shape_of_face(m, f);
 }
 
-/* Number of neighbours. */
+/* Number of neighbours, or rather of edges: an intrinsic triangulation may have several to one neighbour, and some from a
+ * vertex to itself, which both leave it and arrive. */
 static inline uint32_t k_degree(const loxo_mesh_view *m, loxo_index v)
 {
     const loxo_index first = m->vertex_halfedge[v];

@@ -2,7 +2,7 @@
  * The answer is looked at before it is given: a distance grows along an edge by no more than the edge's length, and its
  * gradient has length 1 nearly everywhere. */
 #include "base/allocate.h"
-#include "kernel/vec3.h"
+#include "kernel/layout_kernel.h"
 #include "par/range.h"
 #include "solver/geodesic/geodesic_internal.h"
 
@@ -54,8 +54,9 @@ static void look_at_faces(const loxo_mesh_view *m, const double *distance, int64
         const loxo_index *v = &m->halfedge_vertex[3 * f], *twin = &m->halfedge_twin[3 * f];
         const double d[3] = {distance[v[0]], distance[v[1]], distance[v[2]]};
         if (!(d[0] + d[1] + d[2] < HUGE_VAL)) continue;
-        const loxo_vec3 a = k_position(m, v[0]), b = k_position(m, v[1]), o = k_position(m, v[2]);
-        const loxo_vec3 edge[3] = {v3_sub(b, a), v3_sub(o, b), v3_sub(a, o)};
+        loxo_vec3 p[3];
+        k_face_corners(m, f, p);
+        const loxo_vec3 edge[3] = {v3_sub(p[1], p[0]), v3_sub(p[2], p[1]), v3_sub(p[0], p[2])};
         for (int k = 0; k < 3; ++k) {
             if (twin[k] >= 0 && twin[k] < 3 * f + k) continue;
             const double rise = d[k == 2 ? 0 : k + 1] - d[k], square = rise * rise, limit = v3_dot(edge[k], edge[k]);

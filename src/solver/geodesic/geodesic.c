@@ -4,7 +4,7 @@
 #include "base/allocate.h"
 #include "base/options.h"
 #include "base/os.h"
-#include "kernel/vec3.h"
+#include "kernel/layout_kernel.h"
 #include "par/range.h"
 #include "solver/geodesic/geodesic_internal.h"
 
@@ -25,9 +25,10 @@ static void partial_measures(int64_t begin, int64_t end, const void *arg, double
 {
     const loxo_mesh_view *m = arg;
     for (int64_t f = begin; f < end; ++f) {
-        const loxo_index *v = &m->halfedge_vertex[3 * f], *twin = &m->halfedge_twin[3 * f];
-        const loxo_vec3 a = k_position(m, v[0]), b = k_position(m, v[1]), c = k_position(m, v[2]);
-        const loxo_vec3 edge[3] = {v3_sub(b, a), v3_sub(c, b), v3_sub(a, c)};
+        const loxo_index *twin = &m->halfedge_twin[3 * f];
+        loxo_vec3 p[3];
+        k_face_corners(m, f, p);
+        const loxo_vec3 edge[3] = {v3_sub(p[1], p[0]), v3_sub(p[2], p[1]), v3_sub(p[0], p[2])};
         for (int k = 0; k < 3; ++k) {
             if (twin[k] >= 0 && twin[k] < 3 * f + k) continue;
             sums[0] += v3_norm(edge[k]);

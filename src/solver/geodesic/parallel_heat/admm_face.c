@@ -11,9 +11,12 @@
 
 #include <string.h>
 
+/* In three dimensions, or in the plane of its face unfolded. */
 static loxo_vec3 halfedge_vector(const parallel_heat *g, loxo_index h)
 {
-    return v3_sub(k_position(&g->m, k_head(&g->m, h)), k_position(&g->m, g->m.halfedge_vertex[h]));
+    loxo_vec3 corner[3];
+    k_face_corners(&g->m, k_face_of(h), corner);
+    return v3_sub(corner[k_next(h) % 3], corner[h % 3]);
 }
 
 /* g . e along half-edge h, of its own face. */
@@ -44,9 +47,10 @@ static void partial_residuals(int64_t begin, int64_t end, const void *arg, doubl
     const residual_arg *a = arg;
     const parallel_heat *g = a->g;
     for (int64_t f = begin; f < end; ++f) {
-        const loxo_index *corner = &g->m.halfedge_vertex[3 * f], *twin = &g->m.halfedge_twin[3 * f];
-        const loxo_vec3 p = k_position(&g->m, corner[1]);
-        const loxo_vec3 e_0 = v3_sub(p, k_position(&g->m, corner[0])), e_1 = v3_sub(k_position(&g->m, corner[2]), p);
+        const loxo_index *twin = &g->m.halfedge_twin[3 * f];
+        loxo_vec3 corner[3];
+        k_face_corners(&g->m, f, corner);
+        const loxo_vec3 e_0 = v3_sub(corner[1], corner[0]), e_1 = v3_sub(corner[2], corner[1]);
         const double area = g->face_area[f], *now = a->now[f], *push = &a->push[3 * f],
                      *before = &a->push_before[3 * f];
         const double x[3] = {now[0], now[1], k_third(now[0], now[1])};

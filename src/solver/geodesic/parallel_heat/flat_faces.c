@@ -2,6 +2,7 @@
  * Faces without a direction: those without area, or with the same heat at all corners. A difference of zero along their
  * edges would be a target like any other and pull the distance towards a constant; they take over what their neighbours
  * want instead. */
+#include "kernel/layout_kernel.h"
 #include "par/range.h"
 #include "solver/geodesic/parallel_heat/parallel_heat_internal.h"
 
@@ -22,15 +23,14 @@ static bool is_reached(const parallel_heat *g, int64_t f)
 static void fill(const parallel_heat *g, double *difference, int64_t f)
 {
     double *d = &difference[3 * f], known = 0.0, length[3], unknown_length = 0.0;
+    k_face_lengths(&g->m, f, length);
     for (int c = 0; c < 3; ++c) {
         const loxo_index h = (loxo_index)(3 * f + c), t = g->m.halfedge_twin[h];
-        length[c] = 0.0;
         if (t >= 0 && !is_flat(difference, k_face_of(t))) {
+            length[c] = 0.0;
             d[c] = -difference[t];
             known += d[c];
         } else {
-            const loxo_vec3 a = k_position(&g->m, g->m.halfedge_vertex[h]), b = k_position(&g->m, k_head(&g->m, h));
-            length[c] = v3_norm(v3_sub(b, a));
             unknown_length += length[c];
         }
     }

@@ -9,16 +9,45 @@
 #define PLACES_AHEAD 24 /* vertices */
 #define FACES_AHEAD  48 /* they are ordered by their vertices, about two to one */
 
+static inline bool heat_comes_first(const double *length, loxo_index a, loxo_index b)
+{
+    return length[a] < length[b] || (length[a] == length[b] && a < b);
+}
+
+/* Of several edges of an intrinsic triangulation between the same two vertices the shortest is the tree's, of equally long
+ * ones that of the lowest half-edge. h is compared with the others at v; like h they are those that lead to v, or the only ones of
+ * their edges. */
+static inline bool heat_is_shortest(const loxo_mesh_view *m, loxo_index h, loxo_index v)
+{
+    const loxo_index from = m->halfedge_vertex[h] == v ? k_head(m, h) : m->halfedge_vertex[h];
+    const loxo_index first = m->vertex_halfedge[v];
+    loxo_index leaving = first;
+    do {
+        const loxo_index back = k_previous(leaving), twin = m->halfedge_twin[leaving];
+        if (k_head(m, leaving) == from && heat_comes_first(m->halfedge_length, twin >= 0 ? twin : leaving, h))
+            return false;
+        leaving = m->halfedge_twin[back];
+        if (leaving < 0 && m->halfedge_vertex[back] == from && heat_comes_first(m->halfedge_length, back, h))
+            return false;
+    } while (leaving >= 0 && leaving != first);
+    return true;
+}
+
 /* The vertex to which half-edge h leads in the tree; -1: none. At a boundary an edge may have but the half-edge that
  * leads away from it: then *sign is -1, else +1. */
 static inline loxo_index heat_led_to(const parallel_heat *g, loxo_index h, double *sign)
 {
     const loxo_index from = g->m.halfedge_vertex[h], to = k_head(&g->m, h);
+    loxo_index led_to = -1;
     *sign = 1.0;
-    if (__atomic_load_n(&g->found_by[to], __ATOMIC_RELAXED) == from) return to;
-    if (g->m.halfedge_twin[h] >= 0 || __atomic_load_n(&g->found_by[from], __ATOMIC_RELAXED) != to) return -1;
-    *sign = -1.0;
-    return from;
+    if (__atomic_load_n(&g->found_by[to], __ATOMIC_RELAXED) == from) {
+        led_to = to;
+    } else if (g->m.halfedge_twin[h] < 0 && __atomic_load_n(&g->found_by[from], __ATOMIC_RELAXED) == to) {
+        *sign = -1.0;
+        led_to = from;
+    }
+    if (led_to < 0 || g->m.halfedge_length == NULL || heat_is_shortest(&g->m, h, led_to)) return led_to;
+    return -1;
 }
 
 /* Where the half-edge of the tree's edge to a vertex is known, it replaces the vertex above. No other half-edge is that

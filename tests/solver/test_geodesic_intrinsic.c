@@ -1,0 +1,236 @@
+/* SPDX-License-Identifier: MIT
+ * Distances on intrinsic triangulations: the same as on the surface where nothing is flipped, the same bits for every
+ * number of threads on meshes that are no simplicial complexes, positive heat and smaller errors on badly shaped triangles. */
+#include "../shapes.h"
+#include "kernel/diffusion_kernel.h"
+#include "mesh/mesh_internal.h"
+
+#include <loxo/geodesic.h>
+#include <loxo/io.h>
+#include <loxo/measure.h>
+
+static loxo_mesh *mesh_of(loxo_context *ctx, loxo_soup *soup)
+{
+    loxo_mesh *mesh = NULL;
+    const loxo_mesh_arrays arrays = loxo_soup_arrays(soup);
+    const loxo_status status = loxo_mesh_create(ctx, &arrays, LOXO_ADOPT, NULL, NULL, &mesh);
+    *soup = (loxo_soup){0};
+    CHECK_STATUS(ctx, status, LOXO_OK);
+    return mesh;
+}
+
+static loxo_mesh *intrinsic_of(loxo_context *ctx, const loxo_mesh *surface)
+{
+    loxo_mesh *mesh = NULL;
+    CHECK_STATUS(ctx, loxo_mesh_create_intrinsic(ctx, surface, NULL, NULL, &mesh), LOXO_OK);
+    return mesh;
+}
+
+static loxo_soup generate(loxo_context *ctx, loxo_shape shape, int64_t n_vertices, double parameter, double stretch)
+{
+    loxo_generate_settings settings = loxo_generate_settings_default();
+    loxo_soup soup = {0};
+    settings.shape = shape;
+    settings.n_vertices = n_vertices;
+    settings.params[0] = parameter;
+    CHECK_STATUS(ctx, loxo_generate(ctx, &settings, false, &soup), LOXO_OK);
+    for (int64_t v = 0; v < soup.n_vertices; ++v)
+        soup.position[3 * v] *= stretch;
+    return soup;
+}
+
+static loxo_geodesic_settings settings_of(loxo_geodesic_method method, bool has_constraints)
+{
+    loxo_geodesic_settings settings = loxo_geodesic_settings_default();
+    settings.method = method;
+    settings.global_constraints = has_constraints;
+    return settings;
+}
+
+static const loxo_geodesic_method methods[2] = {LOXO_GEODESIC_EDGE, LOXO_GEODESIC_FACE};
+
+TEST(a_face_has_the_shape_that_its_lengths_tell)
+{
+    loxo_soup soup = generate(test_context, LOXO_SHAPE_NOISY, 1000, 0.3, 1.0);
+    loxo_mesh *surface = mesh_of(test_context, &soup);
+    const loxo_mesh_view m = loxo_mesh_get_view(surface);
+    double *length = malloc((size_t)m.n_faces * 3 * sizeof *length);
+    loxo_mesh_view by_length = m;
+    by_length.halfedge_length = length;
+    for (int64_t f = 0; f < m.n_faces; ++f)
+        k_face_lengths(&m, f, &length[3 * f]);
+    for (int64_t f = 0; f < m.n_faces; ++f) {
+        const k_face_shape a = k_shape_of_face(&m, f), b = k_shape_of_face(&by_length, f);
+        CHECK_NEAR(a.twice_area, b.twice_area, 1e-13 * a.twice_area); /* angles of a few degrees at least */
+        for (int k = 0; k < 3; ++k)
+            CHECK_NEAR(a.cotangent[k], b.cotangent[k], 1e-12 * (1.0 + a.cotangent[k] * a.cotangent[k]));
+    }
+    free(length);
+    loxo_mesh_destroy(surface);
+}
+
+/* Weights are floats, and where rounding differs a level may be left an update earlier: a hundredth
+ * of the method's own error. */
+TEST(where_nothing_is_flipped_the_distances_are_the_same)
+{
+    for (int i = 0; i < 4; ++i) {
+        loxo_soup soup = i < 2 ? generate(test_context, LOXO_SHAPE_ICOSPHERE, 1000, (double)NAN, 1.0)
+                               : shape_annulus(test_context, 60, 14);
+        const loxo_geodesic_settings settings = settings_of(methods[i % 2], true);
+        const loxo_index sources[2] = {3, 700};
+        loxo_mesh *surface = mesh_of(test_context, &soup), *mesh;
+        loxo_intrinsic_info intrinsic;
+        const int64_t n = loxo_mesh_n_vertices(surface);
+        CHECK_OK(loxo_mesh_create_intrinsic(test_context, surface, NULL, &intrinsic, &mesh));
+        CHECK_EQUAL(intrinsic.n_flips, 0);
+        double *a = calloc((size_t)n, sizeof *a), *b = calloc((size_t)n, sizeof *b);
+        loxo_geodesic_info info_a, info_b;
+        CHECK_OK(loxo_geodesic_distance(test_context, surface, &settings, sources, 2, a, &info_a));
+        CHECK_OK(loxo_geodesic_distance(test_context, mesh, &settings, sources, 2, b, &info_b));
+        CHECK_NEAR(info_a.mean_edge_length, info_b.mean_edge_length, 1e-14);
+        CHECK_EQUAL(info_a.n_constraints, info_b.n_constraints);
+        CHECK_NEAR(info_a.residual, info_b.residual, 1e-6);
+        for (int64_t v = 0; v < n; ++v)
+            CHECK_NEAR(a[v], b[v], 1e-4);
+        free(a);
+        free(b);
+        loxo_mesh_destroy(mesh);
+        loxo_mesh_destroy(surface);
+    }
+}
+
+/* Needles: many edges join a vertex to itself, many pairs of vertices are joined by several edges. */
+TEST(every_number_of_threads_gives_the_same_bits)
+{
+    const int n_threads[4] = {1, 2, 3, 7};
+    for (int i = 0; i < 2; ++i) {
+        const loxo_geodesic_settings settings = settings_of(methods[i], true);
+        const loxo_index sources[3] = {0, 999, 20000};
+        uint64_t hash = 0;
+        NEEDS_IDS(250000);
+        for (int k = 0; k < 4; ++k) {
+            loxo_context *ctx = test_context_with_threads(n_threads[k]);
+            loxo_soup soup = generate(ctx, LOXO_SHAPE_NOISY, 40000, 0.5, 30.0);
+            loxo_mesh *surface = mesh_of(ctx, &soup), *mesh = intrinsic_of(ctx, surface);
+            const int64_t n = loxo_mesh_n_vertices(surface);
+            double *distance = calloc((size_t)n, sizeof *distance);
+            loxo_geodesic_info info;
+            const loxo_status status = loxo_geodesic_distance(ctx, mesh, &settings, sources, 3, distance, &info);
+            CHECK(status == LOXO_OK || status == LOXO_CHECK_FAILED);
+            CHECK_EQUAL(info.n_nonpositive_heat, 0);
+            CHECK(info.diffusion_converged);
+            const uint64_t mine = test_hash(distance, (size_t)n * sizeof *distance);
+            if (k == 0) hash = mine;
+            CHECK(mine == hash);
+            free(distance);
+            loxo_mesh_destroy(mesh);
+            loxo_mesh_destroy(surface);
+            loxo_context_destroy(ctx);
+        }
+    }
+}
+
+static double worst_in_plane(const double *distance, const loxo_mesh *mesh, loxo_index source, double *mean)
+{
+    const loxo_mesh_view m = loxo_mesh_get_view(mesh);
+    double worst = 0.0, sum = 0.0;
+    const loxo_vec3 at = k_position(&m, source);
+    for (int64_t v = 0; v < m.n_vertices; ++v) {
+        const double truth = v3_norm(v3_sub(k_position(&m, (loxo_index)v), at));
+        if (!(truth > 0.0)) continue;
+        const int64_t to = m.vertex_origin != NULL ? m.vertex_origin[v] : v;
+        const double error = fabs(distance[to] - truth) / truth;
+        worst = fmax(worst, error);
+        sum += error;
+    }
+    *mean = sum / (double)(m.n_vertices - 1);
+    return worst;
+}
+
+/* A disk of triangles ten times as long as high. */
+TEST(a_stretched_disk_gets_its_distances_back)
+{
+    for (int i = 0; i < 2; ++i) {
+        loxo_soup soup = generate(test_context, LOXO_SHAPE_DISK, 5000, (double)NAN, 10.0);
+        loxo_mesh *surface = mesh_of(test_context, &soup), *mesh = intrinsic_of(test_context, surface);
+        const int64_t n = loxo_mesh_n_vertices(surface);
+        const loxo_geodesic_settings settings = settings_of(methods[i], false);
+        const loxo_index source = 0;
+        double *distance = calloc((size_t)n, sizeof *distance), mean[2];
+        loxo_geodesic_info info;
+        CHECK(loxo_geodesic_distance(test_context, surface, &settings, &source, 1, distance, &info) >= 0);
+        (void)worst_in_plane(distance, surface, source, &mean[0]);
+        CHECK(loxo_geodesic_distance(test_context, mesh, &settings, &source, 1, distance, &info) >= 0);
+        (void)worst_in_plane(distance, mesh, source, &mean[1]);
+        CHECK_EQUAL(info.n_nonpositive_heat, 0);
+        CHECK(mean[1] < 0.035); /* measured 0.029 and 0.026; 0.86 and 0.95 as it was given */
+        CHECK(mean[1] < 0.05 * mean[0]);
+        free(distance);
+        loxo_mesh_destroy(mesh);
+        loxo_mesh_destroy(surface);
+    }
+}
+
+static loxo_mesh *read_mesh(const char *name)
+{
+    const char *path = test_shared(name);
+    loxo_soup soup = {0};
+    if (path == NULL) SKIP();
+    CHECK_OK(loxo_read_mesh(test_context, path, NULL, &soup));
+    loxo_mesh *mesh = mesh_of(test_context, &soup);
+    return mesh;
+}
+
+/* On the first two the solve does not converge, or fails its check, with the triangles as they are. */
+TEST(scans_of_slivers_have_positive_heat)
+{
+    static const char *const names[4] = {"meshes/surfaces/moai48k-slivers.ply", "meshes/surfaces/camel10k.off.gz",
+                                         "meshes/surfaces/bunny35k-slivers.off.gz", "meshes/surfaces/igea134k.ply"};
+    const loxo_geodesic_settings settings = settings_of(LOXO_GEODESIC_EDGE, false);
+    const loxo_index source = 0;
+    NEEDS_IDS(1000000);
+    for (int i = 0; i < 4; ++i) {
+        loxo_mesh *surface = read_mesh(names[i]), *mesh = intrinsic_of(test_context, surface);
+        double *distance = calloc((size_t)loxo_mesh_n_vertices(surface), sizeof *distance);
+        loxo_geodesic_info info;
+        loxo_context_clear(test_context);
+        CHECK_OK(loxo_geodesic_distance(test_context, mesh, &settings, &source, 1, distance, &info));
+        CHECK_EQUAL(info.n_nonpositive_heat, 0);
+        CHECK(info.diffusion_converged && info.check_passed);
+        free(distance);
+        loxo_mesh_destroy(mesh);
+        loxo_mesh_destroy(surface);
+    }
+}
+
+/* Mean relative error (29) against exact polyhedral distances: edge-based 0.680 % given, 0.650 % intrinsic on igea; face-
+ * based 0.659 and 0.660 %; kitten is Delaunay as it is: 0.719 % and 0.650 %. */
+TEST(errors_against_exact_distances_do_not_grow)
+{
+    static const char *const names[2][2] = {{"meshes/surfaces/igea134k.ply", "meshes/exact/igea_from0.npy"},
+                                            {"meshes/surfaces/kitten10k.ply", "meshes/exact/kitten_from0.npy"}};
+    static const double most[2][2] = {{0.0066, 0.0067}, {0.0073, 0.0066}};
+    const loxo_index source = 0;
+    NEEDS_IDS(1000000);
+    for (int i = 0; i < 2; ++i) {
+        const char *path = test_shared(names[i][1]);
+        loxo_mesh *surface = read_mesh(names[i][0]), *mesh = intrinsic_of(test_context, surface);
+        const int64_t n = loxo_mesh_n_vertices(surface);
+        double *exact = NULL, *distance = calloc((size_t)n, sizeof *distance);
+        int64_t n_exact;
+        if (path == NULL) SKIP();
+        CHECK_OK(loxo_read_field(test_context, path, &exact, &n_exact));
+        CHECK_EQUAL(n_exact, n);
+        for (int k = 0; k < 2; ++k) {
+            const loxo_geodesic_settings settings = settings_of(methods[k], false);
+            loxo_distance_error error;
+            CHECK_OK(loxo_geodesic_distance(test_context, mesh, &settings, &source, 1, distance, NULL));
+            CHECK_OK(loxo_measure_distance_error(test_context, distance, exact, n, &error));
+            CHECK(error.mean_relative < most[i][k]);
+        }
+        loxo_release(test_context, exact);
+        free(distance);
+        loxo_mesh_destroy(mesh);
+        loxo_mesh_destroy(surface);
+    }
+}
