@@ -4,6 +4,7 @@
 #include "commands.h"
 #include "estimate.h"
 #include "geodesic_report.h"
+#include "intrinsic.h"
 #include "measure_rows.h"
 #include "picture.h"
 #include "run.h"
@@ -15,6 +16,7 @@
 typedef struct geodesic_state {
     cli_common common;
     loxo_mesh_settings mesh;
+    loxo_intrinsic_settings intrinsic;
     loxo_geodesic_settings geodesic;
     loxo_draw_settings draw;
 } geodesic_state;
@@ -22,8 +24,10 @@ typedef struct geodesic_state {
 static void set_defaults(void *state)
 {
     *(geodesic_state *)state = (geodesic_state){.mesh = loxo_mesh_settings_default(),
+                                                .intrinsic = loxo_intrinsic_settings_default(),
                                                 .geodesic = loxo_geodesic_settings_default(),
                                                 .draw = loxo_draw_settings_default()};
+    ((geodesic_state *)state)->intrinsic.traceable = false; /* results at vertices need no way back */
 }
 
 /* One file that receives the distances. */
@@ -75,13 +79,19 @@ static loxo_status estimate(cli_run *run, const geodesic_state *s)
     status = loxo_mesh_estimate(n, n_faces, counts.is_float, &s->mesh, &mesh_bytes, &build_bytes);
     if (status >= 0) status = loxo_geodesic_estimate(run->ctx, n, n_faces, &s->geodesic, &work_bytes, &seconds);
     if (status < 0) return status;
-    const size_t small_blocks = 65536, solve_bytes = mesh_bytes + work_bytes + result_bytes + small_blocks;
+    size_t intrinsic_bytes = 0, flip_bytes = 0;
+    if (cli_args_has(&run->args, "intrinsic"))
+        loxo_mesh_estimate_intrinsic(n, n_faces, &s->intrinsic, &intrinsic_bytes, &flip_bytes);
+    const size_t small_blocks = 65536;
+    const size_t solve_bytes = mesh_bytes + intrinsic_bytes + work_bytes + result_bytes + small_blocks;
     size_t peak_bytes = counts.read_bytes;
+    if (mesh_bytes + flip_bytes > peak_bytes) peak_bytes = mesh_bytes + flip_bytes;
     if (build_bytes > peak_bytes) peak_bytes = build_bytes;
     if (solve_bytes > peak_bytes) peak_bytes = solve_bytes;
     cli_estimate_part(run, "read_bytes", counts.read_bytes);
     cli_estimate_part(run, "build_bytes", build_bytes);
     cli_estimate_part(run, "mesh_bytes", mesh_bytes);
+    if (intrinsic_bytes > 0) cli_estimate_part(run, "intrinsic_bytes", intrinsic_bytes);
     cli_estimate_part(run, "workspace_bytes", work_bytes);
     cli_estimate_part(run, "result_bytes", result_bytes);
     cli_estimate(run, peak_bytes, seconds);
@@ -103,7 +113,10 @@ static loxo_status check_memory(cli_run *run, const geodesic_state *s)
     if (mesh.order == LOXO_ORDER_AUTO) mesh.order = LOXO_ORDER_GIVEN;
     if (loxo_mesh_estimate(n, n_faces, counts.is_float, &mesh, &mesh_bytes, NULL) < 0) return LOXO_OK;
     if (loxo_geodesic_estimate(run->ctx, n, n_faces, &geodesic, &work_bytes, NULL) < 0) return LOXO_OK;
-    const size_t solve_bytes = mesh_bytes + work_bytes + sizeof(double) * (size_t)n;
+    size_t intrinsic_bytes = 0;
+    if (cli_args_has(&run->args, "intrinsic"))
+        loxo_mesh_estimate_intrinsic(n, n_faces, &s->intrinsic, &intrinsic_bytes, NULL);
+    const size_t solve_bytes = mesh_bytes + intrinsic_bytes + work_bytes + sizeof(double) * (size_t)n;
     const size_t bytes = solve_bytes > build_bytes ? solve_bytes : build_bytes;
     if (bytes <= run->limit_bytes) return LOXO_OK;
     return cli_fail_at(run, LOXO_ERR_MEMORY, run->args.operand[0], 0,
@@ -199,7 +212,7 @@ static loxo_status geodesic_main(cli_run *run, void *state)
     outputs outs = {.n = 0};
     cli_sources sources = {0};
     loxo_soup soup = {0};
-    loxo_mesh *mesh = NULL;
+    loxo_mesh *mesh = NULL, *intrinsic = NULL;
     double *distance = NULL;
     loxo_status status;
     s->draw.title = cli_args_value(&run->args, "title", 0);
@@ -214,9 +227,12 @@ static loxo_status geodesic_main(cli_run *run, void *state)
     if ((status = make_mesh(run, s, &soup, &mesh)) < 0) goto done;
     const loxo_mesh_view view = loxo_mesh_get_view(mesh);
     if ((status = cli_sources_nearest(run, &view, &sources)) < 0) goto done;
+    if (cli_args_has(&run->args, "intrinsic") &&
+        (status = cli_make_intrinsic(run, mesh, &s->intrinsic, &intrinsic)) < 0)
+        goto done;
     status = LOXO_ERR_MEMORY;
     if ((distance = loxo_allocate(run->ctx, loxo_mesh_n_vertices(mesh), sizeof *distance)) == NULL) goto done;
-    if ((status = solve(run, s, mesh, &sources, distance)) < 0) goto done;
+    if ((status = solve(run, s, intrinsic != NULL ? intrinsic : mesh, &sources, distance)) < 0) goto done;
     if ((status = cli_before_output(run)) < 0) goto done;
     if (exact != NULL && (status = cli_measure_against(run, exact, distance, loxo_mesh_n_vertices(mesh))) < 0)
         goto done;
@@ -224,6 +240,7 @@ static loxo_status geodesic_main(cli_run *run, void *state)
 done:
     cli_sources_destroy(run, &sources);
     loxo_release(run->ctx, distance);
+    loxo_mesh_destroy(intrinsic);
     loxo_mesh_destroy(mesh);
     loxo_soup_destroy(run->ctx, &soup);
     return status;
@@ -246,6 +263,7 @@ static const cli_flag geodesic_flags[] = {
      .n_values = 1,
      .repeats = true,
      .help = "the vertex nearest to a point"},
+    {.name = "intrinsic", .help = "solve on the intrinsic Delaunay triangulation: for badly shaped triangles"},
     {.name = "output",
      .letter = 'o',
      .values = "FILE",
@@ -262,6 +280,7 @@ static const cli_flag geodesic_flags[] = {
 static const cli_group geodesic_groups[] = {
     {"geodesic", loxo_geodesic_options, offsetof(geodesic_state, geodesic)},
     {"mesh", loxo_mesh_options, offsetof(geodesic_state, mesh)},
+    {"intrinsic", loxo_intrinsic_options, offsetof(geodesic_state, intrinsic)},
     {"picture", loxo_draw_options, offsetof(geodesic_state, draw)},
     {.title = NULL},
 };

@@ -3,6 +3,7 @@
 #include "base/os.h"
 #include "commands.h"
 #include "estimate.h"
+#include "intrinsic.h"
 #include "run.h"
 
 #include <math.h>
@@ -11,9 +12,14 @@
 
 typedef struct info_state {
     cli_common common;
+    loxo_intrinsic_settings intrinsic;
 } info_state;
 
-static void set_defaults(void *state) { *(info_state *)state = (info_state){0}; }
+static void set_defaults(void *state)
+{
+    *(info_state *)state = (info_state){.intrinsic = loxo_intrinsic_settings_default()};
+    ((info_state *)state)->intrinsic.traceable = false;
+}
 
 /* A kind of fault with what a row and the JSON call it, and what its numbers count. */
 typedef struct fault_row {
@@ -131,12 +137,34 @@ static void report_geometry(cli_report *out, const loxo_mesh_report *r)
     report_row(out, "quality", "%.4f", r->quality);
 }
 
-static loxo_status estimate(cli_run *run)
+/* What flips would bring. The arrays go to the mesh. */
+static loxo_status report_flips(cli_run *run, const info_state *s, loxo_soup *soup)
+{
+    const loxo_mesh_arrays arrays = loxo_soup_arrays(soup);
+    loxo_mesh *mesh = NULL, *intrinsic = NULL;
+    soup->position = NULL; /* adopted, whatever happens */
+    soup->position_float = NULL;
+    soup->triangle = NULL;
+    loxo_status status = loxo_mesh_create(run->ctx, &arrays, LOXO_ADOPT, NULL, NULL, &mesh);
+    if (status >= 0) status = cli_make_intrinsic(run, mesh, &s->intrinsic, &intrinsic);
+    loxo_mesh_destroy(intrinsic);
+    loxo_mesh_destroy(mesh);
+    return status;
+}
+
+static loxo_status estimate(cli_run *run, const info_state *s)
 {
     loxo_mesh_counts counts;
     const loxo_status status = cli_count_mesh(run, run->args.operand[0], &counts);
     if (status < 0) return status;
-    const size_t arrays = cli_counts_bytes(&counts), work = 60 * (size_t)counts.n_vertices;
+    const size_t arrays = cli_counts_bytes(&counts);
+    size_t work = 60 * (size_t)counts.n_vertices, mesh = 0, build = 0, flips = 0;
+    if (cli_args_has(&run->args, "intrinsic") &&
+        loxo_mesh_estimate(counts.n_vertices, counts.n_faces, counts.is_float, NULL, &mesh, &build) >= 0) {
+        loxo_mesh_estimate_intrinsic(counts.n_vertices, counts.n_faces, &s->intrinsic, NULL, &flips);
+        const size_t most = mesh + flips > build ? mesh + flips : build;
+        if (most > arrays + work) work = most - arrays;
+    }
     cli_estimate_part(run, "read_bytes", counts.read_bytes);
     cli_estimate_part(run, "arrays_bytes", arrays);
     cli_estimate_part(run, "work_bytes", work);
@@ -149,7 +177,7 @@ static loxo_status info_main(cli_run *run, void *state)
     const info_state *s = state;
     loxo_soup soup = {0};
     loxo_mesh_report *r = NULL;
-    if (s->common.estimate) return estimate(run);
+    if (s->common.estimate) return estimate(run, s);
     loxo_status status = cli_read_mesh(run, run->args.operand[0], &soup);
     if (status < 0) return status;
     if ((r = loxo_allocate(run->ctx, 1, sizeof *r)) == NULL) {
@@ -164,14 +192,21 @@ static loxo_status info_main(cli_run *run, void *state)
     report_faults(run, r);
     report_topology(&run->report, r);
     report_geometry(&run->report, r);
+    if (cli_args_has(&run->args, "intrinsic")) status = report_flips(run, s, &soup);
 done:
     loxo_release(run->ctx, r);
     loxo_soup_destroy(run->ctx, &soup);
     return status;
 }
 
-static const cli_flag no_flags[] = {{.name = NULL}};
-static const cli_group no_groups[] = {{.title = NULL}};
+static const cli_flag info_flags[] = {
+    {.name = "intrinsic", .help = "what flips to the intrinsic Delaunay triangulation would bring"},
+    {.name = NULL},
+};
+static const cli_group info_groups[] = {
+    {"intrinsic", loxo_intrinsic_options, offsetof(info_state, intrinsic)},
+    {.title = NULL},
+};
 
 const cli_command command_info = {
     .name = "info",
@@ -181,11 +216,11 @@ const cli_command command_info = {
         "Reads a surface (PLY, OBJ, OFF, STL, GIFTI, FreeSurfer; gzipped or not; - is standard input) and tells its\n"
         "counts, topology, edge lengths and angles. Each kind of fault is one warning with its count and the first\n"
         "offender; the first eight stand in the JSON report. Nothing is changed.\n",
-    .examples = "  loxo info bunny.off\n  loxo info scan.ply.gz --strict --json -\n",
+    .examples = "  loxo info bunny.off\n  loxo info scan.ply.gz --strict --json -\n  loxo info scan.ply --intrinsic\n",
     .min_operands = 1,
     .max_operands = 1,
-    .flags = no_flags,
-    .groups = no_groups,
+    .flags = info_flags,
+    .groups = info_groups,
     .state_bytes = sizeof(info_state),
     .defaults = set_defaults,
     .main = info_main,

@@ -241,8 +241,8 @@ typedef struct loxo_intrinsic_info {
 } loxo_intrinsic_info;
 
 /* The intrinsic Delaunay triangulation of a mesh's surface: the same vertices, joined by other straight lines on the
- * surface, which may cross its edges, so that the angles opposite each interior edge sum to at most pi: no cotangent
- * weight is negative. Edges are flipped until that holds. Distances, areas and angles on the surface stay what they are,
+ * surface, which may cross its edges, so that the angles opposite each interior edge sum to at most pi: its cotangent
+ * weight is not negative. Edges are flipped until that holds. Distances, areas and angles on the surface stay what they are,
  * up to rounding (and `lengthened`). Boundary edges stay. The result's view has halfedge_length.
  *   surface   must outlive the result, which borrows its positions and its order: vertices keep their numbers, in the mesh's order
  *             and in the caller's; faces have new corners, each near where it was in memory

@@ -59,6 +59,38 @@ def info_from_standard_input_and_gzip():
 
 
 @test
+def intrinsic_triangulations():
+    # A square grid whose rows are triangulated by two fans of needles.
+    n = 20
+    v = [(i, j, 0) for j in range(n) for i in range(n)]
+    f = []
+    for low in range(0, n * (n - 1), n):
+        f += [(low + i, low + i + 1, low + n) for i in range(n - 1)]
+        f += [(low + n - 1, low + n + i + 1, low + n + i) for i in range(n - 1)]
+    mesh = off("needles.off", v, f)
+    r = loxo("info", mesh, "--intrinsic", "--json", "-").is_code(0)
+    r.has_err(r"^intrinsic +[0-9.]+ s, [0-9,]+ flips, non-Delaunay edges [0-9.]+ % to 0.00 %, quality 0.0[0-9]+ to 0")
+    i = r.json["intrinsic"]
+    assert i["n_flips"] > 100 and i["share_nondelaunay_after"] == 0 and i["quality_after"] > 5 * i["quality_before"], i
+    assert "intrinsic" not in loxo("info", mesh, "--json", "-").json
+    error = {}
+    for flag in ("--verbose", "--intrinsic"):
+        loxo("geodesic", mesh, "-s", "0", flag, "-o", "d.npy", "-o", "d.ply", "--json", "r.json")
+        assert report("r.json")["exit_code"] in (0, 8)
+        d = npy("d.npy")
+        truth = [math.hypot(x, y) for x, y, _ in v]
+        error[flag] = sum(abs(a / b - 1) for a, b in zip(d[1:], truth[1:])) / (len(v) - 1)
+        assert ("intrinsic" in report("r.json")) == (flag == "--intrinsic")
+    assert error["--intrinsic"] < 0.3 * error["--verbose"], error
+    assert loxo("info", "d.ply", "--json", "-").json["mesh"]["area"] == (n - 1) ** 2
+    loxo("geodesic", mesh, "-s", "0", "--intrinsic", "--max-flips", "5", "-o", "d.npy").is_code(8)
+    loxo("geodesic", mesh, "-s", "0", "--intrinsic", "--mollify", "0", "-o", "d.npy").is_code(2)
+    a, b = (loxo("geodesic", mesh, "-s", "0", *more, "-o", "d.npy", "--estimate", "--json", "-").json
+            for more in ([], ["--intrinsic"]))
+    assert str(a) != str(b)
+
+
+@test
 def convert_there_and_back():
     mesh = octahedron()
     want = loxo("info", mesh, "--json", "-").json["mesh"]
@@ -346,7 +378,7 @@ def report_for_machines():
     assert (r["command"], r["status"], r["exit_code"], r["input"], r["threads"]) == ("geodesic", "LOXO_OK", 0, "s.ply", 2)
     assert {"read", "mesh", "solve", "write", "total", "processor"} <= set(r["seconds"])
     assert {"peak_bytes", "limit_bytes", "peak_resident_bytes"} <= set(r["memory"])
-    assert {"geodesic", "mesh", "picture", "common"} == set(r["settings"])
+    assert {"geodesic", "intrinsic", "mesh", "picture", "common"} == set(r["settings"])
     assert r["warnings"] == [] and r["sources"] == [0]
     text = read("r.json").decode("ascii")
     assert "NaN" not in text and "Infinity" not in text and text.endswith("}\n")
