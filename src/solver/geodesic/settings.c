@@ -40,8 +40,7 @@ const loxo_option loxo_geodesic_options[] = {
      .type = LOXO_OPTION_CHOICE,
      .offset = FIELD(method),
      .choices = methods,
-     .help = "how distances are found: parallel heat by differences along edges or by gradients on faces, or exactly "
-             "by windows"},
+     .help = "how distances are found: parallel heat on edges or on faces, or exactly"},
     {.name = "diffusion",
      .type = LOXO_OPTION_CHOICE,
      .offset = FIELD(diffusion),
