@@ -149,7 +149,8 @@ typedef struct loxo_surface_point {
 LOXO_API loxo_status loxo_geodesic_solve_points(loxo_geodesic *geodesic, const loxo_surface_point *points,
                                                 int64_t n_points, double *distance, loxo_geodesic_info *info);
 
-/* Limits the solves that follow, as settings.max_distance does. LOXO_ERR_ARGUMENT: not above 0, NaN. */
+/* Limits the solves that follow, as settings.max_distance does. Where the method can (edge and face), a solve then costs what
+ * the ball costs, a margin around it and a pass over the distances; create costs what it does without a limit. LOXO_ERR_ARGUMENT: not above 0, NaN. */
 LOXO_API loxo_status loxo_geodesic_limit(loxo_geodesic *geodesic, double max_distance);
 
 /* The nearest source of each vertex, of the last solve: which cell of the geodesic Voronoi diagram it lies in. Where two

@@ -45,46 +45,63 @@ static double percentile(const breach_counts *c, double share)
     return c->max;
 }
 
-/* Faces begin..end-1: their edges, each at the lower of its two half-edges, and their gradients. sums: area of reached
- * faces, area where the gradient's length is off by over a tenth. */
-static void look_at_faces(const loxo_mesh_view *m, const double *distance, int64_t begin, int64_t end, breach_counts *c,
-                          double *sums)
+/* Face f: its edges, each at the lower of its two half-edges, and its gradient. sums: area of reached faces, area where
+ * the gradient's length is off by over a tenth. */
+static inline void look_at_face(const loxo_mesh_view *m, const double *distance, int64_t f, breach_counts *c,
+                                double *sums)
 {
-    for (int64_t f = begin; f < end; ++f) {
-        const loxo_index *v = &m->halfedge_vertex[3 * f], *twin = &m->halfedge_twin[3 * f];
-        const double d[3] = {distance[v[0]], distance[v[1]], distance[v[2]]};
-        if (!(d[0] + d[1] + d[2] < HUGE_VAL)) continue;
-        loxo_vec3 p[3];
-        k_face_corners(m, f, p);
-        const loxo_vec3 edge[3] = {v3_sub(p[1], p[0]), v3_sub(p[2], p[1]), v3_sub(p[0], p[2])};
-        for (int k = 0; k < 3; ++k) {
-            if (twin[k] >= 0 && twin[k] < 3 * f + k) continue;
-            const double rise = d[k == 2 ? 0 : k + 1] - d[k], square = rise * rise, limit = v3_dot(edge[k], edge[k]);
-            ++c->n;
-            if (square <= limit)
-                ++c->bin[0];
-            else
-                count_breach(c, limit > 0.0 ? sqrt(square / limit) - 1.0 : HUGE_VAL);
-        }
-        const bool is_source = d[0] == 0.0 && d[1] == 0.0 && d[2] == 0.0; /* between sources there is no direction */
-        const loxo_vec3 n = v3_cross(edge[0], edge[2]);
-        const loxo_vec3 w = v3_axpy(v3_scale(d[0] - d[1], edge[2]), d[0] - d[2], edge[0]);
-        const double nn = v3_dot(n, n), ww = v3_dot(w, w), area = 0.5 * sqrt(nn); /* |grad d|^2 = |w|^2 / |n|^2 */
-        sums[0] += area;
-        if ((!(ww > 0.81 * nn) || !(ww < 1.21 * nn)) && !is_source) sums[1] += area;
+    const loxo_index *v = &m->halfedge_vertex[3 * f], *twin = &m->halfedge_twin[3 * f];
+    const double d[3] = {distance[v[0]], distance[v[1]], distance[v[2]]};
+    if (!(d[0] + d[1] + d[2] < HUGE_VAL)) return;
+    loxo_vec3 p[3];
+    k_face_corners(m, f, p);
+    const loxo_vec3 edge[3] = {v3_sub(p[1], p[0]), v3_sub(p[2], p[1]), v3_sub(p[0], p[2])};
+    for (int k = 0; k < 3; ++k) {
+        if (twin[k] >= 0 && twin[k] < 3 * f + k) continue;
+        const double rise = d[k == 2 ? 0 : k + 1] - d[k], square = rise * rise, limit = v3_dot(edge[k], edge[k]);
+        ++c->n;
+        if (square <= limit)
+            ++c->bin[0];
+        else
+            count_breach(c, limit > 0.0 ? sqrt(square / limit) - 1.0 : HUGE_VAL);
     }
+    const bool is_source = d[0] == 0.0 && d[1] == 0.0 && d[2] == 0.0; /* between sources there is no direction */
+    const loxo_vec3 n = v3_cross(edge[0], edge[2]);
+    const loxo_vec3 w = v3_axpy(v3_scale(d[0] - d[1], edge[2]), d[0] - d[2], edge[0]);
+    const double nn = v3_dot(n, n), ww = v3_dot(w, w), area = 0.5 * sqrt(nn); /* |grad d|^2 = |w|^2 / |n|^2 */
+    sums[0] += area;
+    if ((!(ww > 0.81 * nn) || !(ww < 1.21 * nn)) && !is_source) sums[1] += area;
 }
 
 typedef struct look_arg {
     const geodesic_problem *problem;
     const double *distance;
-    breach_counts *counts; /* one a thread: whole numbers, so it does not matter which thread counts what */
+    const loxo_index *vertex; /* NULL: all */
+    breach_counts *counts;    /* one a thread: whole numbers, so it does not matter which thread counts what */
 } look_arg;
 
 static void partial_look(int64_t begin, int64_t end, const void *arg, double *sums)
 {
     const look_arg *a = arg;
-    look_at_faces(&a->problem->m, a->distance, begin, end, &a->counts[loxo_thread_id()], sums);
+    for (int64_t f = begin; f < end; ++f)
+        look_at_face(&a->problem->m, a->distance, f, &a->counts[loxo_thread_id()], sums);
+}
+
+/* The same by vertices of the list: faces whose lowest it is. */
+static void partial_look_around(int64_t begin, int64_t end, const void *arg, double *sums)
+{
+    const look_arg *a = arg;
+    const loxo_mesh_view *m = &a->problem->m;
+    for (int64_t i = begin; i < end; ++i) {
+        const loxo_index v = a->vertex[i], start = m->vertex_halfedge[v];
+        for (loxo_index h = start; h >= 0;) {
+            const loxo_index before = k_previous(h);
+            if (m->halfedge_vertex[k_next(h)] > v && m->halfedge_vertex[before] > v)
+                look_at_face(m, a->distance, h / 3, &a->counts[loxo_thread_id()], sums);
+            h = m->halfedge_twin[before];
+            if (h == start) break;
+        }
+    }
 }
 
 /* sums: not a number, below zero by more than rounding. */
@@ -92,23 +109,26 @@ static void partial_distance(int64_t begin, int64_t end, const void *arg, double
 {
     const look_arg *a = arg;
     const double least = -0.1 * a->problem->mean_edge_length;
-    for (int64_t v = begin; v < end; ++v) {
-        sums[0] += isnan(a->distance[v]) ? 1.0 : 0.0;
-        sums[1] += a->distance[v] < least ? 1.0 : 0.0;
+    for (int64_t i = begin; i < end; ++i) {
+        const double distance = a->distance[a->vertex != NULL ? a->vertex[i] : i];
+        sums[0] += isnan(distance) ? 1.0 : 0.0;
+        sums[1] += distance < least ? 1.0 : 0.0;
     }
 }
 
-loxo_status geodesic_check(const geodesic_problem *problem, const double *distance, loxo_geodesic_info *info)
+loxo_status geodesic_check(const geodesic_problem *problem, const double *distance, const loxo_index *vertices,
+                           int64_t n_vertices, loxo_geodesic_info *info)
 {
     loxo_context *ctx = problem->ctx;
-    const int64_t n = problem->m.n_vertices;
+    const int64_t n = vertices != NULL ? n_vertices : problem->m.n_vertices;
+    const int64_t n_looks = vertices != NULL ? n : problem->m.n_faces;
     const int n_threads = loxo_context_n_threads(ctx);
     breach_counts total, *counts = loxo_allocate_zero(ctx, n_threads, sizeof *counts);
-    const look_arg arg = {problem, distance, counts};
+    const look_arg arg = {problem, distance, vertices, counts};
     double sums[2] = {0.0, 0.0}, n_bad[2] = {0.0, 0.0};
     loxo_status status = LOXO_OK;
     if (counts == NULL) return LOXO_ERR_MEMORY;
-    if ((status = loxo_sum(ctx, problem->m.n_faces, 2, partial_look, &arg, sums)) < 0) {
+    if ((status = loxo_sum(ctx, n_looks, 2, vertices != NULL ? partial_look_around : partial_look, &arg, sums)) < 0) {
         loxo_release(ctx, counts);
         return status;
     }
@@ -124,8 +144,10 @@ loxo_status geodesic_check(const geodesic_problem *problem, const double *distan
 
     double farthest = 0.0;
 #pragma omp parallel for num_threads(loxo_threads_for(ctx, n, 1.0)) reduction(max : farthest)
-    for (int64_t v = 0; v < n; ++v)
-        if (distance[v] > farthest && distance[v] < HUGE_VAL) farthest = distance[v];
+    for (int64_t i = 0; i < n; ++i) {
+        const double d = distance[vertices != NULL ? vertices[i] : i];
+        if (d > farthest && d < HUGE_VAL) farthest = d;
+    }
     info->distance_max = farthest;
     info->breach_percentile_50 = percentile(&total, 0.50);
     info->breach_percentile_90 = percentile(&total, 0.90);

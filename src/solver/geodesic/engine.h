@@ -51,6 +51,9 @@ typedef struct geodesic_engine {
     /* Room for n_vertices distances inside the workspace, which stands until the next solve and which solve may be given
      * as distance; without it such an array is allocated once. */
     double *(*room)(void *state);
+    /* The vertices that the last solve may have given a distance, ascending, for methods that keep a list of them: what is
+     * done with the distances then costs as little as the solve. It stands until the next solve. NULL: all of them. */
+    const loxo_index *(*touched)(void *state, int64_t *n);
     /* Of methods that diffuse heat: loxo_geodesic_heat, and a heat that the next solve takes instead of diffusing.
      * LOXO_ERR_ARGUMENT: no heat yet; not finite. */
     loxo_status (*heat)(const void *state, double *value, int32_t *scale);

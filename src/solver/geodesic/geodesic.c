@@ -16,7 +16,8 @@ static const geodesic_engine *const engines[] = {LOXO_GEODESIC_METHOD_LIST(ENGIN
 
 const char *loxo_geodesic_phase_name(loxo_geodesic_phase phase)
 {
-    static const char *const names[] = {"prepare", "levels", "diffusion", "gradient", "ADMM", "integrate", "windows", "check"};
+    static const char *const names[] = {"prepare", "levels",    "diffusion", "gradient",
+                                        "ADMM",    "integrate", "windows",   "check"};
     return phase >= 0 && phase < LOXO_GEODESIC_N_PHASES ? names[phase] : "unknown";
 }
 
@@ -106,7 +107,7 @@ void loxo_geodesic_destroy(loxo_geodesic *geodesic)
 static loxo_status judge(const loxo_geodesic *g, loxo_status of_method, const loxo_geodesic_info *info)
 {
     loxo_context *ctx = g->problem.ctx;
-    if (info->n_unreached > 0)
+    if (info->n_unreached > 0 && !(g->problem.settings.max_distance < HUGE_VAL))
         loxo_warn(ctx, "geodesic-unreached", info->n_unreached,
                   "%" PRId64 " vertices cannot be reached from the sources; their distance is infinite",
                   info->n_unreached);
@@ -152,7 +153,9 @@ static loxo_status solve(loxo_geodesic *g, const geodesic_seed *seeds, int64_t n
     const loxo_status of_method = g->engine->solve(g->state, seeds, n_seeds, g->distance, g->nearest, info);
     if (of_method < 0) return of_method;
     double clock_s = loxo_os_clock_s();
-    const loxo_status status = geodesic_check(problem, g->distance, info);
+    int64_t n_touched = 0;
+    const loxo_index *touched = g->engine->touched != NULL ? g->engine->touched(g->state, &n_touched) : NULL;
+    const loxo_status status = geodesic_check(problem, g->distance, touched, n_touched, info);
     if (status < 0) return status;
     if (info->n_negative > 0 && !may_point_anywhere) info->check_passed = false;
     add_phase(info, LOXO_GEODESIC_PHASE_CHECK, &clock_s);

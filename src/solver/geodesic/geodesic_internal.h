@@ -24,7 +24,9 @@ loxo_status geodesic_seeds_from_vertices(const geodesic_problem *problem, const 
 loxo_status geodesic_seeds_from_points(const geodesic_problem *problem, const loxo_surface_point *points,
                                        int64_t n_points, geodesic_seed **seeds, int64_t *n_seeds);
 
-/* check.c: looks at distances in the mesh's order. LOXO_ERR_NUMERIC: one is not a number. */
-loxo_status geodesic_check(const geodesic_problem *problem, const double *distance, loxo_geodesic_info *info);
+/* check.c: looks at distances in the mesh's order, at those of a list of vertices, or of all (NULL). LOXO_ERR_NUMERIC: one
+ * is not a number. */
+loxo_status geodesic_check(const geodesic_problem *problem, const double *distance, const loxo_index *vertices,
+                           int64_t n_vertices, loxo_geodesic_info *info);
 
 #endif

@@ -232,6 +232,7 @@ static void conclude(march *s)
         const bool is_settled = change <= s->tolerance;
         if (!is_settled && n_updates < MAX_UPDATES) continue;
         s->final[u.step & (RING - 1)] = u.level + 1;
+        if (u.level == s->g->last_needed) s->result.needed_step = u.step;
         if (!is_settled) ++s->result.n_forced;
         if (change > s->result.change) s->result.change = change;
         if (n_updates > s->result.max_window) s->result.max_window = n_updates;
@@ -335,6 +336,7 @@ loxo_status heat_march(parallel_heat *g, diffusion_result *result)
     if (is_stopped) cut_at_front(g, s->time / 3 < g->n_levels ? s->time / 3 : g->n_levels);
     *result = s->result;
     result->stopped = is_stopped;
+    result->n_reached = g->n_reached;
     if (!is_stopped) heat_settle(g, s->tolerance, result);
     result->is_settled = !is_stopped && result->n_unsettled == 0 && result->change <= s->tolerance;
     result->change *= directions;

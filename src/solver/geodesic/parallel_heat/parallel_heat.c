@@ -30,7 +30,7 @@ bool heat_tell_iteration(parallel_heat *g, int64_t iteration, const loxo_geodesi
 
 /* Hands out the workspace; while the arena has no block this only adds up its size. What the diffusion and the recovery
  * use stands in the same place. */
-static void lay_out(parallel_heat *g)
+void heat_lay_out(parallel_heat *g)
 {
     loxo_arena *a = &g->arena;
     const int64_t n = g->m.n_vertices, n_faces = g->m.n_faces;
@@ -40,6 +40,7 @@ static void lay_out(parallel_heat *g)
     g->level_begin = loxo_arena_take(a, g->most_levels + 1, sizeof *g->level_begin);
     g->order = loxo_arena_take(a, n, sizeof *g->order);
     g->rank = loxo_arena_take(a, n, sizeof *g->rank);
+    g->loose_begin = loxo_arena_mark(a);
     g->parent = loxo_arena_take(a, n, sizeof *g->parent);
     g->value = loxo_arena_take(a, 2 * n, sizeof *g->value);
     g->scale = loxo_arena_take(a, n, sizeof *g->scale);
@@ -126,9 +127,9 @@ static loxo_status parallel_heat_create(const geodesic_problem *problem, void **
     g->mean_edge_length = problem->mean_edge_length;
     g->area = problem->area / (g->mean_edge_length * g->mean_edge_length);
     g->time = g->settings.time_factor * g->mean_edge_length * g->mean_edge_length;
-    lay_out(g);
+    heat_lay_out(g);
     if ((status = loxo_arena_reserve(ctx, &g->arena, "geodesic: the workspace")) < 0) return status;
-    lay_out(g);
+    heat_lay_out(g);
     touch_workspace(g);
     if ((status = heat_make_fans(g)) < 0) return status;
     if (g->settings.global_constraints) status = loxo_cycle_basis(ctx, &g->m, &g->cycles);
@@ -226,20 +227,20 @@ static loxo_status judge(const parallel_heat *g, const diffusion_result *diffusi
     if (diffusion->n_unsettled > 0)
         return loxo_fail(g->ctx, LOXO_NOT_CONVERGED,
                          "geodesic: the diffusion did not settle on about %" PRId64 " of %" PRId64 " vertices",
-                         64 * diffusion->n_unsettled < g->n_reached ? 64 * diffusion->n_unsettled : g->n_reached,
-                         g->n_reached);
+                         64 * diffusion->n_unsettled < diffusion->n_reached ? 64 * diffusion->n_unsettled
+                                                                            : diffusion->n_reached,
+                         diffusion->n_reached);
     return LOXO_OK;
 }
 
-/* From the seeds to distances. */
-static loxo_status find_distances(parallel_heat *g, const geodesic_seed *seeds, int64_t n_seeds, double *distance,
-                                  diffusion_result *diffusion, loxo_geodesic_info *info)
+loxo_status heat_find_distances(parallel_heat *g, const geodesic_seed *seeds, int64_t n_seeds, double *distance,
+                                diffusion_result *diffusion, loxo_geodesic_info *info)
 {
     const double *given_value = g->given_value;
     const int32_t *given_scale = g->given_scale;
     g->given_value = NULL;
     g->given_scale = NULL;
-    g->has_heat = false;
+    g->has_heat = g->is_rank_clear = false;
     g->clock_s = loxo_os_clock_s();
     loxo_status status = heat_begin(g, seeds, n_seeds);
     if (status < 0) return status;
@@ -258,8 +259,17 @@ static loxo_status find_distances(parallel_heat *g, const geodesic_seed *seeds, 
     if ((status = recover(g, info)) < 0) return status;
     heat_integrate(g);
     distances_to_vertices(g, distance);
+    info->n_levels = g->n_levels;
     heat_clock(g, LOXO_GEODESIC_PHASE_INTEGRATE, info);
     return LOXO_OK;
+}
+
+/* What a small mesh of its own would change: sweeps go by the number of levels, and it has no cycles; edges of an intrinsic
+ * triangulation may join a vertex to itself. */
+static bool can_be_limited(const parallel_heat *g)
+{
+    return isfinite(g->problem->settings.max_distance) && g->settings.diffusion == LOXO_DIFFUSION_MARCHING &&
+           !g->settings.global_constraints && g->given_value == NULL && g->m.halfedge_length == NULL;
 }
 
 static loxo_status parallel_heat_solve(void *state, const geodesic_seed *seeds, int64_t n_seeds, double *distance,
@@ -267,7 +277,11 @@ static loxo_status parallel_heat_solve(void *state, const geodesic_seed *seeds, 
 {
     parallel_heat *g = state;
     diffusion_result diffusion = {0};
-    loxo_status status = find_distances(g, seeds, n_seeds, distance, &diffusion, info);
+    bool is_done = false;
+    loxo_status status = LOXO_OK;
+    g->touched = NULL;
+    if (can_be_limited(g)) status = heat_solve_limited(g, seeds, n_seeds, distance, &diffusion, info, &is_done);
+    if (status >= 0 && !is_done) status = heat_find_distances(g, seeds, n_seeds, distance, &diffusion, info);
     heat_end(g);
     if (status < 0) return status;
     if (nearest != NULL && (status = geodesic_label_nearest(g->problem, seeds, n_seeds, distance, nearest)) < 0)
@@ -277,7 +291,6 @@ static loxo_status parallel_heat_solve(void *state, const geodesic_seed *seeds, 
     info->n_evaluations = diffusion.n_updates;
     info->workspace_bytes = g->arena.size;
     info->time = g->time;
-    info->n_levels = g->n_levels;
     info->max_window = diffusion.max_window;
     info->diffusion_converged = diffusion.is_settled;
     info->diffusion_change = diffusion.change;
@@ -292,11 +305,20 @@ static double *parallel_heat_room(void *state)
     return g->distance;
 }
 
+static const loxo_index *parallel_heat_touched(void *state, int64_t *n)
+{
+    const parallel_heat *g = state;
+    *n = g->n_touched;
+    return g->touched;
+}
+
 static loxo_status parallel_heat_heat(const void *state, double *value, int32_t *scale)
 {
     const parallel_heat *g = state;
     const int64_t n = loxo_mesh_n_vertices(g->mesh);
-    if (!g->has_heat) return loxo_fail(g->ctx, LOXO_ERR_ARGUMENT, "geodesic: there is no heat before the first solve");
+    if (!g->has_heat)
+        return loxo_fail(g->ctx, LOXO_ERR_ARGUMENT,
+                         "geodesic: there is no heat before the first solve, and of a limited one");
     for (int64_t v = 0; v < n; ++v) {
         value[v] = 0.0;
         scale[v] = 0;
@@ -328,7 +350,7 @@ static loxo_status parallel_heat_give(void *state, const double *value, const in
 static size_t parallel_heat_bytes(const geodesic_problem *problem)
 {
     parallel_heat g = {.m = problem->m, .settings = problem->settings, .n_boundary_edges = problem->n_boundary_edges};
-    lay_out(&g);
+    heat_lay_out(&g);
     size_t bytes = g.arena.size;
     if (g.settings.global_constraints) bytes += loxo_cycle_basis_bytes(g.m.n_vertices, g.m.n_faces, g.n_boundary_edges);
     return bytes;
@@ -344,6 +366,7 @@ const geodesic_engine geodesic_engine_edge = {
     .solve = parallel_heat_solve,
     .destroy = parallel_heat_destroy,
     .room = parallel_heat_room,
+    .touched = parallel_heat_touched,
     .heat = parallel_heat_heat,
     .give_heat = parallel_heat_give,
 };
@@ -355,6 +378,7 @@ const geodesic_engine geodesic_engine_face = {
     .solve = parallel_heat_solve,
     .destroy = parallel_heat_destroy,
     .room = parallel_heat_room,
+    .touched = parallel_heat_touched,
     .heat = parallel_heat_heat,
     .give_heat = parallel_heat_give,
 };

@@ -39,6 +39,10 @@ typedef struct parallel_heat {
     loxo_chains cycles;
     double clock_s;
     bool has_heat;
+    bool is_rank_clear;        /* no vertex has a rank */
+    const loxo_index *touched; /* [n_touched] vertices that the last solve was limited to; NULL: none */
+    int64_t n_touched;
+    int64_t last_needed;       /* level that a limited solve needs; see limited.c */
     const double *given_value; /* of the next solve, caller's order; NULL: none */
     const int32_t *given_scale;
     /* During a solve with sources inside faces or edges; else NULL. */
@@ -47,6 +51,7 @@ typedef struct parallel_heat {
     int64_t n_seeds;
 
     loxo_arena arena;
+    size_t loose_begin; /* from here on the block is a solve's own */
     /* rows of the cotangent matrix in the mesh's order, areas in units of mean_edge_length^2 */
     k_fan *fan;         /* [n_vertices + 1] */
     k_entry *fan_entry; /* [3 n_faces + n_boundary_edges] */
@@ -92,6 +97,8 @@ typedef struct parallel_heat {
 /* What a phase tells besides its status. */
 typedef struct diffusion_result {
     int64_t n_updates, max_window, n_nonpositive;
+    int64_t n_reached;   /* places */
+    int64_t needed_step; /* in which level last_needed was left */
     int64_t n_forced;    /* levels left before they were calm; settling makes that good */
     int64_t n_unsettled; /* cells of 64 places that settling could not calm either */
     double change;       /* estimate of the directions' change still to come */
@@ -112,6 +119,16 @@ static inline int64_t heat_block(const parallel_heat *g, int64_t level, int64_t 
 /* levels.c: breadth-first levels from sources (places 0..n-1, sorted, without repeats); of every place the beginning and
  * the entries of its row (slot a place, coefficient the weight) and, in weight, its area. */
 loxo_status heat_find_levels(parallel_heat *g, const loxo_index *sources, int64_t n_sources);
+
+/* parallel_heat.c: names the pieces of the workspace, twice: to add up their sizes, and to hand them out. */
+void heat_lay_out(parallel_heat *g);
+/* From the seeds to distances in the mesh's order; then heat_end. */
+loxo_status heat_find_distances(parallel_heat *g, const geodesic_seed *seeds, int64_t n_seeds, double *distance,
+                                diffusion_result *diffusion, loxo_geodesic_info *info);
+
+/* limited.c: the same within settings.max_distance. *is_done false: the ball is too large for the room, nothing was done. */
+loxo_status heat_solve_limited(parallel_heat *g, const geodesic_seed *seeds, int64_t n_seeds, double *distance,
+                               diffusion_result *diffusion, loxo_geodesic_info *info, bool *is_done);
 
 /* starts.c: levels from the seeds; then until heat_end level 0 has what it starts with. */
 loxo_status heat_begin(parallel_heat *g, const geodesic_seed *seeds, int64_t n_seeds);
