@@ -6,21 +6,22 @@
 #include <loxo/loxo.h>
 
 #include <jansson.h>
+#include <stdio.h>
 
 #define BENCH_MAX_REPEATS 101
 #define BENCH_MAX_THREADS 16
 #define BENCH_MAX_PEERS   16
 #define BENCH_MAX_SWEEPS  16
+#define BENCH_MAX_METHODS 16
 #define BENCH_PATH        4096
 
-typedef enum bench_method { BENCH_EDGE, BENCH_FACE, BENCH_BOTH } bench_method;
-
 typedef struct bench_settings {
-    int repeats;      /* measured rounds; a warm-up round goes before */
-    int method;       /* bench_method */
-    int64_t vertices; /* of the generated meshes of `time`, `build`, and the smaller of `scale` */
-    int64_t largest;  /* vertices of the larger mesh of `scale` */
-    int64_t source;   /* vertex from which `time` and `scale` solve; errors are known from vertex 0 only */
+    int repeats;       /* measured rounds; a warm-up round goes before */
+    int64_t vertices;  /* of the generated meshes of `time`, `build`, and the smaller of `scale` */
+    int64_t largest;   /* vertices of the larger mesh of `scale` */
+    int64_t source;    /* vertex from which `time` and `scale` solve; errors are known from vertex 0 only */
+    double share;      /* paper: sizes of meshes, in those of the paper */
+    size_t max_memory; /* bytes that solves may take; 0: what the machine grants */
 } bench_settings;
 
 /* Somebody else's program: a shell command with {mesh} {sources} {out} {threads} {method} in it. It prints `seconds X`
@@ -37,15 +38,21 @@ typedef struct bench {
     int n_threads, threads[BENCH_MAX_THREADS]; /* thread counts to measure, ascending */
     int n_peers;
     bench_peer peers[BENCH_MAX_PEERS];
+    int n_methods;
+    const char *methods[BENCH_MAX_METHODS]; /* names of loxo/geodesic.h; --method, else what the command is for */
     int n_sweeps;
     int64_t sweeps[BENCH_MAX_SWEEPS]; /* sweep counts of the paper's diffusion that `accuracy` shows too */
     const char *case_filter;          /* part of a case's name; NULL: all */
     const char *mesh, *exact;         /* a case of the user's own */
     const char *json_path;            /* NULL: no JSON */
+    const char *out;                  /* paper: folder of tables, JSON and plots; NULL: none */
+    const char *figure;               /* paper: name of the table or figure that is being made */
+    FILE *text;                       /* receives what is printed, too; NULL: nothing does */
     char shared[BENCH_PATH];          /* folder of the meshes; "" when there is none */
     char work[BENCH_PATH];            /* folder for generated meshes and results */
     bool keep_work;                   /* it was given, so what is in it stays */
     char self[BENCH_PATH];            /* this program, to run as a child */
+    int child_exit;                   /* exit code of the last worker */
     json_t *report;                   /* what --json writes */
     char message[2 * BENCH_PATH];     /* why the last bench_fail failed; "" when the context knows */
 } bench;
@@ -54,6 +61,11 @@ typedef struct bench {
 loxo_status bench_fail(bench *b, loxo_status status, const char *format, ...) __attribute__((format(printf, 3, 4)));
 /* The reason of the last failure, the bench's own or the library's. */
 const char *bench_message(const bench *b);
+
+/* Whether --method, or the command's own list, has it. */
+bool bench_has_method(const bench *b, const char *name);
+/* Whether it is the paper's: it diffuses heat that can be looked at and given. */
+bool bench_is_parallel_heat(const char *name);
 
 /* ---- samples and tables (report.c) --------------------------------------------------------------------------- */
 
@@ -67,9 +79,9 @@ bench_stat bench_stat_of(int n, const double *sample); /* n >= 1 */
 const char *bench_stat_text(bench_stat stat, double scale, char *text, size_t n);
 json_t *bench_stat_json(bench_stat stat);
 
-#define BENCH_MAX_COLUMNS 14
-#define BENCH_MAX_ROWS    64
-#define BENCH_CELL        40
+#define BENCH_MAX_COLUMNS 18
+#define BENCH_MAX_ROWS    200
+#define BENCH_CELL        64
 
 typedef struct bench_table {
     int n_columns, n_rows;
@@ -79,7 +91,9 @@ typedef struct bench_table {
 /* heads and rows are given as "a|b|c"; cells beyond the table's size are dropped. */
 void bench_table_begin(bench_table *table, const char *heads);
 void bench_table_row(bench_table *table, const char *format, ...) __attribute__((format(printf, 2, 3)));
-void bench_table_print(const bench_table *table);
+void bench_table_print(const bench *b, const bench_table *table);
+/* printf for everything that people read: standard output, and b->text. */
+void bench_say(const bench *b, const char *format, ...) __attribute__((format(printf, 2, 3)));
 
 /* Prints what the numbers were measured on and puts it into the report; triad for every thread count. */
 loxo_status bench_machine(bench *b);
@@ -130,8 +144,19 @@ void bench_remove_folder(const char *path);    /* with the files in it */
 
 /* A measurement in a process of its own, so that its peak is its own: `loxo-bench worker TASK ...`. */
 loxo_status bench_worker(bench *b, int argc, char **argv);
-/* Runs one and parses the JSON it prints; the caller releases *result with json_decref. */
+/* Runs one and parses the JSON it prints; the caller releases *result with json_decref. Failing leaves the exit code in
+ * b->child_exit.
+ *   generate SHAPE N FILE         subdivide FILE TIMES OUT      shuffle FILE OUT
+ *   closed-form SHAPE N OUT       distances from vertex 0
+ *   build FILE N                  half-edges, N times
+ *   order FILE ORDER N METHOD     half-edges and solves in an order, N times
+ *   solve FILE METHOD N OUT       N solves; METHOD is a name and settings, as "edge,time-factor=2"
+ *   error CASE FILE               mean relative error of distances
+ *   compare TRUTH FILE            the same, over as many vertices as TRUTH has
+ *   search FILE METHOD TRUTH      the best time factor m */
 loxo_status bench_worker_run(bench *b, int n_threads, const char *const *task, json_t **result);
+/* "edge,time-factor=2" into settings. */
+loxo_status bench_method_settings(bench *b, const char *method, loxo_geodesic_settings *settings);
 double bench_number(const json_t *object, const char *key); /* NaN when absent */
 
 /* ---- peers (peer.c) ------------------------------------------------------------------------------------------ */
@@ -167,5 +192,9 @@ loxo_status bench_accuracy(bench *b);
 loxo_status bench_time(bench *b);
 loxo_status bench_scale(bench *b);
 loxo_status bench_build(bench *b);
+loxo_status bench_orders(bench *b);
+loxo_status bench_estimate(bench *b);
+loxo_status bench_paper_list(bench *b);
+loxo_status bench_paper(bench *b, int n_names, char **names);
 
 #endif

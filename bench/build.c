@@ -42,7 +42,7 @@ loxo_status bench_build(bench *b)
                                bench_number(result, "peak_bytes")));
         json_decref(result);
     }
-    bench_table_print(&table);
+    bench_table_print(b, &table);
     puts("The mesh keeps a copy of positions and triangles. Wanted at 1M vertices and two threads: at most 0.15 s.");
     return LOXO_OK;
 }

@@ -127,6 +127,6 @@ loxo_status bench_list(bench *b)
                                             : "-",
                         bench_case_present(b, &c) ? "yes" : "no: skipped");
     }
-    bench_table_print(&table);
+    bench_table_print(b, &table);
     return LOXO_OK;
 }

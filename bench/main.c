@@ -9,8 +9,6 @@
 #include <string.h>
 #include <unistd.h>
 
-static const char *const method_names[] = {"edge", "face", "both", NULL};
-
 static const loxo_option options[] = {
     {.name = "repeats",
      .type = LOXO_OPTION_INT,
@@ -18,11 +16,6 @@ static const loxo_option options[] = {
      .min = 1,
      .max = BENCH_MAX_REPEATS,
      .help = "measured rounds, after one of warm-up; tables show medians [min..max]"},
-    {.name = "method",
-     .type = LOXO_OPTION_CHOICE,
-     .offset = offsetof(bench_settings, method),
-     .choices = method_names,
-     .help = "edge, face or both: recovery that `time` and `scale` measure"},
     {.name = "vertices",
      .type = LOXO_OPTION_INT64,
      .offset = offsetof(bench_settings, vertices),
@@ -41,6 +34,18 @@ static const loxo_option options[] = {
      .min = 0,
      .max = LOXO_INDEX_MAX,
      .help = "source vertex of time and scale; vertex 0 of an icosphere is a corner that its levels line up with"},
+    {.name = "share",
+     .type = LOXO_OPTION_DOUBLE,
+     .offset = offsetof(bench_settings, share),
+     .min = 1e-6,
+     .max = 10.0,
+     .help = "paper: sizes of our meshes in those of the paper's"},
+    {.name = "max-memory",
+     .type = LOXO_OPTION_SIZE,
+     .offset = offsetof(bench_settings, max_memory),
+     .min = 0,
+     .max = 1e15,
+     .help = "bytes that a measured solve may take; 0: what the machine grants"},
     {0},
 };
 
@@ -54,6 +59,8 @@ static const struct {
     {"time", "mesh in memory to distances: seconds, phases, bytes a vertex", bench_time},
     {"scale", "PLY file to distances in a file, at two sizes: growth of time and bytes a vertex", bench_scale},
     {"build", "half-edges of a mesh in memory", bench_build},
+    {"orders", "orders of a mesh: what they cost and what they win", bench_orders},
+    {"estimate", "what --estimate of the command predicts, against what a run takes", bench_estimate},
 };
 #define N_COMMANDS (sizeof commands / sizeof commands[0])
 
@@ -62,13 +69,16 @@ static void print_help(const bench_settings *defaults)
     puts("usage: loxo-bench COMMAND [options]\n\ncommands:");
     for (size_t i = 0; i < N_COMMANDS; ++i)
         printf("  %-9s %s\n", commands[i].name, commands[i].help);
-    puts("\noptions:");
+    puts("  paper     tables and figures of papers: `paper --list`, `paper NAME ... [--out FOLDER]`, `paper all`\n"
+         "\noptions:");
     for (const loxo_option *o = options; o->name != NULL; ++o) {
         char value[64];
         loxo_option_print(o, defaults, value, sizeof value);
         printf("  --%-12s %s [%s]\n", o->name, o->help, value);
     }
-    puts("  --threads     thread counts to measure, as 1,2 [1 and all]\n"
+    puts("  --method      methods to measure, as edge,face,fast; all [edge,face; for the paper all that there are]\n"
+         "  --out         paper: folder that receives NAME.txt, NAME.json and NAME-*.png\n"
+         "  --threads     thread counts to measure, as 1,2 [1 and all]\n"
          "  --case        only cases whose name has this in it\n"
          "  --mesh        a mesh of your own instead of the named cases; source is vertex 0\n"
          "  --exact       its true distances (.npy)\n"
@@ -98,6 +108,40 @@ static bool parse_list(const char *text, int n_most, int64_t most, int64_t *list
     return false;
 }
 
+bool bench_has_method(const bench *b, const char *name)
+{
+    for (int i = 0; i < b->n_methods; ++i)
+        if (strcmp(b->methods[i], name) == 0) return true;
+    return false;
+}
+
+bool bench_is_parallel_heat(const char *name)
+{
+    const size_t n = strcspn(name, ",");
+    return (n == 4 && (strncmp(name, "edge", n) == 0 || strncmp(name, "face", n) == 0));
+}
+
+/* "edge,face" into names of the library's own; "all": all of them but such as choose another. */
+static loxo_status parse_methods(bench *b, const char *text)
+{
+    const bool is_all = strcmp(text, "all") == 0;
+    if (strcmp(text, "both") == 0) text = "edge,face";
+    b->n_methods = 0;
+    for (const char *p = text;; ++p) {
+        const size_t length = strcspn(p, ",");
+        const int before = b->n_methods;
+        for (int m = 0; m < LOXO_GEODESIC_N_METHODS && b->n_methods < BENCH_MAX_METHODS; ++m) {
+            const char *name = loxo_geodesic_method_name((loxo_geodesic_method)m);
+            if (is_all ? strcmp(name, "auto") != 0 : strlen(name) == length && strncmp(name, p, length) == 0)
+                b->methods[b->n_methods++] = name;
+        }
+        if (b->n_methods == before)
+            return bench_fail(b, LOXO_ERR_ARGUMENT, "--method: this build has no method %.*s", (int)length, p);
+        p += length;
+        if (is_all || *p == '\0') return LOXO_OK;
+    }
+}
+
 static loxo_status add_peer(bench *b, const char *text)
 {
     bench_peer *peer = &b->peers[b->n_peers];
@@ -118,7 +162,8 @@ static loxo_status set_option(bench *b, const char *name, const char *value)
     int64_t list[BENCH_MAX_SWEEPS];
     const struct {
         const char *name, **field;
-    } texts[] = {{"case", &b->case_filter}, {"mesh", &b->mesh}, {"exact", &b->exact}, {"json", &b->json_path}};
+    } texts[] = {
+        {"case", &b->case_filter}, {"mesh", &b->mesh}, {"exact", &b->exact}, {"json", &b->json_path}, {"out", &b->out}};
     const struct {
         const char *name;
         char *field;
@@ -137,6 +182,7 @@ static loxo_status set_option(bench *b, const char *name, const char *value)
             return bench_fail(b, LOXO_ERR_READ, "--%s: no such folder: %s", name, value);
         }
     if (strcmp(name, "compare-with") == 0) return add_peer(b, value);
+    if (strcmp(name, "method") == 0) return parse_methods(b, value);
     if (strcmp(name, "threads") == 0) {
         if (!parse_list(value, BENCH_MAX_THREADS, 4096, list, &b->n_threads))
             return bench_fail(b, LOXO_ERR_ARGUMENT, "--threads: not a list of counts: %s", value);
@@ -157,6 +203,10 @@ static loxo_status parse(bench *b, int *argc, char **argv)
     int n_words = 0;
     for (int i = 0; i < *argc; ++i) {
         if (strncmp(argv[i], "--", 2) != 0) {
+            argv[n_words++] = argv[i];
+            continue;
+        }
+        if (strcmp(argv[i], "--list") == 0) { /* the one flag without a value */
             argv[n_words++] = argv[i];
             continue;
         }
@@ -184,26 +234,31 @@ static loxo_status run(bench *b, int argc, char **argv)
     if (status < 0) return status;
     if (argc < 1) return bench_fail(b, LOXO_ERR_ARGUMENT, "a command is missing; see loxo-bench --help");
     if (b->n_threads == 0) choose_threads(b);
-    if (strcmp(argv[0], "worker") == 0) {
-        loxo_context_settings settings = loxo_context_settings_default();
-        settings.n_threads = b->threads[0];
-        loxo_context_destroy(b->ctx);
-        b->ctx = NULL;
-        if ((status = loxo_context_create(&settings, &b->ctx)) < 0) return status;
-        return bench_worker(b, argc - 1, argv + 1);
-    }
+    loxo_context_settings settings = loxo_context_settings_default(); /* what runs in this process has most threads */
+    settings.n_threads = b->threads[b->n_threads - 1];
+    settings.memory_limit_bytes = b->settings.max_memory;
+    loxo_context_destroy(b->ctx);
+    b->ctx = NULL;
+    if ((status = loxo_context_create(&settings, &b->ctx)) < 0) return status;
+    if (strcmp(argv[0], "worker") == 0) return bench_worker(b, argc - 1, argv + 1);
     if (!bench_self_path(b->self)) return bench_fail(b, LOXO_ERR_READ, "cannot find this program's own file");
+    const bool is_paper = strcmp(argv[0], "paper") == 0;
+    if (is_paper && argc == 2 && strcmp(argv[1], "--list") == 0) return bench_paper_list(b);
+    if (is_paper && argc < 2)
+        return bench_fail(b, LOXO_ERR_ARGUMENT, "which table or figure? `loxo-bench paper --list` names them");
+    if (!is_paper && argc > 1) return bench_fail(b, LOXO_ERR_ARGUMENT, "what is `%s`?", argv[1]);
+    if (b->n_methods == 0 && (status = parse_methods(b, is_paper ? "all" : "both")) < 0) return status;
+    b->keep_work = b->work[0] != '\0';
+    if (!b->keep_work && !bench_make_folder(b->work)) {
+        b->work[0] = '\0';
+        return bench_fail(b, LOXO_ERR_WRITE, "cannot make a temporary folder");
+    }
+    json_object_set_new(b->report, "command", json_string(argv[0]));
+    json_object_set_new(b->report, "version", json_string(loxo_version()));
+    json_object_set_new(b->report, "repeats", json_integer(b->settings.repeats));
+    if (is_paper) return bench_paper(b, argc - 1, argv + 1);
     for (size_t i = 0; i < N_COMMANDS; ++i) {
         if (strcmp(argv[0], commands[i].name) != 0) continue;
-        if (argc > 1) return bench_fail(b, LOXO_ERR_ARGUMENT, "what is `%s`?", argv[1]);
-        b->keep_work = b->work[0] != '\0';
-        if (!b->keep_work && !bench_make_folder(b->work)) {
-            b->work[0] = '\0';
-            return bench_fail(b, LOXO_ERR_WRITE, "cannot make a temporary folder");
-        }
-        json_object_set_new(b->report, "command", json_string(argv[0]));
-        json_object_set_new(b->report, "version", json_string(loxo_version()));
-        json_object_set_new(b->report, "repeats", json_integer(b->settings.repeats));
         if (commands[i].run != bench_list && (status = bench_machine(b)) < 0) return status;
         if ((status = commands[i].run(b)) < 0) return status;
         return bench_report_write(b);
@@ -214,7 +269,7 @@ static loxo_status run(bench *b, int argc, char **argv)
 int main(int argc, char **argv)
 {
     static bench b; /* large */
-    b.settings = (bench_settings){.repeats = 5, .method = BENCH_BOTH, .vertices = 1000000, .largest = 10000000};
+    b.settings = (bench_settings){.repeats = 5, .vertices = 1000000, .largest = 10000000, .share = 1.0};
     if (argc < 2 || strcmp(argv[1], "--help") == 0 || strcmp(argv[1], "-h") == 0) {
         print_help(&b.settings);
         return argc < 2 ? loxo_status_exit_code(LOXO_ERR_ARGUMENT) : 0;

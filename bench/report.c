@@ -88,7 +88,19 @@ void bench_table_row(bench_table *table, const char *format, ...)
     add_row(table, text);
 }
 
-void bench_table_print(const bench_table *table)
+void bench_say(const bench *b, const char *format, ...)
+{
+    va_list args, again;
+    va_start(args, format);
+    va_copy(again, args);
+    vprintf(format, args);
+    if (b->text != NULL) vfprintf(b->text, format, again);
+    va_end(again);
+    va_end(args);
+    fflush(stdout);
+}
+
+void bench_table_print(const bench *b, const bench_table *table)
 {
     int width[BENCH_MAX_COLUMNS] = {0};
     for (int r = 0; r < table->n_rows; ++r)
@@ -98,11 +110,10 @@ void bench_table_print(const bench_table *table)
         }
     for (int r = 0; r < table->n_rows; ++r) {
         for (int c = 0; c < table->n_columns; ++c)
-            printf(c == 0 ? "  %-*s" : "  %*s", width[c], table->cell[r][c]);
-        putchar('\n');
+            bench_say(b, c == 0 ? "  %-*s" : "  %*s", width[c], table->cell[r][c]);
+        bench_say(b, "\n");
     }
-    putchar('\n');
-    fflush(stdout);
+    bench_say(b, "\n");
 }
 
 /* The processor's name as Linux tells it. */
@@ -151,16 +162,19 @@ loxo_status bench_machine(bench *b)
     loxo_status status = loxo_machine_get(b->ctx, &machine);
     if (status < 0) return status;
     processor_name(name, sizeof name);
-    printf("loxo-bench %s; %s, %d cores (%d usable), kernels %s, L2 %.3g MiB, L3 %.3g MiB, memory %.3g GiB; medians of "
-           "%d [min..max]\n",
-           loxo_version(), name, machine.n_cores, machine.n_processors, isa_name(loxo_context_isa(b->ctx)),
-           (double)machine.l2_bytes / 0x1p20, (double)machine.l3_bytes / 0x1p20, (double)machine.memory_bytes / 0x1p30,
-           b->settings.repeats);
+    bench_say(
+        b,
+        "loxo-bench %s; %s, %d cores (%d usable), kernels %s, L2 %.3g MiB, L3 %.3g MiB, memory %.3g GiB; medians of "
+        "%d [min..max]\n",
+        loxo_version(), name, machine.n_cores, machine.n_processors, isa_name(loxo_context_isa(b->ctx)),
+        (double)machine.l2_bytes / 0x1p20, (double)machine.l3_bytes / 0x1p20, (double)machine.memory_bytes / 0x1p30,
+        b->settings.repeats);
     const double load = load_average();
     if (load > 0.3)
-        printf("The machine is not quiet (load average %.2f): look at the spread, and trust ratios of one run only.\n",
-               load);
-    printf("STREAM triad, GB/s:");
+        bench_say(
+            b, "The machine is not quiet (load average %.2f): look at the spread, and trust ratios of one run only.\n",
+            load);
+    bench_say(b, "STREAM triad, GB/s:");
     for (int i = 0; i < b->n_threads; ++i) {
         double sample[BENCH_MAX_REPEATS];
         bench_triad arrays;
@@ -169,12 +183,12 @@ loxo_status bench_machine(bench *b)
             sample[k < 0 ? 0 : k] = bench_triad_run(&arrays);
         bench_triad_close(b, &arrays);
         const bench_stat rate = bench_stat_of(b->settings.repeats, sample);
-        printf("%s %d thread%s %s", i == 0 ? "" : ";", b->threads[i], b->threads[i] == 1 ? "" : "s",
-               bench_stat_text(rate, 1.0, text, sizeof text));
+        bench_say(b, "%s %d thread%s %s", i == 0 ? "" : ";", b->threads[i], b->threads[i] == 1 ? "" : "s",
+                  bench_stat_text(rate, 1.0, text, sizeof text));
         json_array_append_new(triad,
                               json_pack("{s:i, s:o}", "threads", b->threads[i], "gb_per_s", bench_stat_json(rate)));
     }
-    printf("\n\n");
+    bench_say(b, "\n\n");
     fflush(stdout);
     json_object_set_new(b->report, "machine",
                         json_pack("{s:s, s:i, s:i, s:s, s:I, s:I, s:I}", "processor", name, "cores", machine.n_cores,

@@ -1,6 +1,9 @@
 /* SPDX-License-Identifier: MIT
  * Measurements that run in a process of their own: their peak of memory is then theirs alone. Each prints one JSON
  * object on standard output. The parent stays small, because a child's recorded peak begins at its parent's. */
+#include "worker.h"
+
+#include "base/options.h"
 #include "base/os.h"
 #include "bench.h"
 
@@ -15,7 +18,7 @@ double bench_number(const json_t *object, const char *key)
     return json_is_number(value) ? json_number_value(value) : (double)NAN;
 }
 
-static loxo_status print_json(bench *b, json_t *object)
+loxo_status bench_print_json(bench *b, json_t *object)
 {
     char *text = json_dumps(object, JSON_COMPACT | JSON_REAL_PRECISION(17));
     json_decref(object);
@@ -25,57 +28,21 @@ static loxo_status print_json(bench *b, json_t *object)
     return LOXO_OK;
 }
 
-/* generate SHAPE N FILE */
-static loxo_status generate(bench *b, char **argv)
+loxo_status bench_method_settings(bench *b, const char *method, loxo_geodesic_settings *settings)
 {
-    loxo_generate_settings settings = loxo_generate_settings_default();
-    int64_t n_vertices = 0, n_faces = 0;
-    if (!loxo_shape_from_name(argv[0], &settings.shape))
-        return bench_fail(b, LOXO_ERR_ARGUMENT, "no shape of that name: %s", argv[0]);
-    settings.n_vertices = strtoll(argv[1], NULL, 10);
-    const loxo_status status = loxo_generate_to_ply(b->ctx, &settings, false, argv[2], &n_vertices, &n_faces);
-    if (status < 0) return status;
-    return print_json(b, json_pack("{s:I, s:I}", "n_vertices", (json_int_t)n_vertices, "n_faces", (json_int_t)n_faces));
-}
-
-/* The mesh takes over the arrays of the soup. */
-static loxo_status mesh_of(bench *b, loxo_soup *soup, loxo_mesh_info *info, loxo_mesh **mesh)
-{
-    const loxo_mesh_arrays arrays = loxo_soup_arrays(soup);
-    soup->position = NULL;
-    soup->position_float = NULL;
-    soup->triangle = NULL;
-    return loxo_mesh_create(b->ctx, &arrays, LOXO_ADOPT, NULL, info, mesh);
-}
-
-/* build FILE N: half-edges of a mesh in memory, N times after a warm-up. */
-static loxo_status build(bench *b, char **argv)
-{
-    loxo_soup soup;
-    const int n = (int)strtol(argv[1], NULL, 10);
-    json_t *total = json_array(), *halfedge = json_array(), *reorder = json_array();
-    loxo_mesh_info info = {0};
-    loxo_status status = loxo_read_mesh(b->ctx, argv[0], NULL, &soup);
-    const loxo_mesh_arrays arrays = loxo_soup_arrays(&soup);
-    for (int k = -1; k < n && status >= 0; ++k) {
-        loxo_mesh *mesh = NULL;
-        const double start = loxo_os_clock_s();
-        status = loxo_mesh_create(b->ctx, &arrays, LOXO_BORROW, NULL, &info, &mesh);
-        const double seconds = loxo_os_clock_s() - start;
-        loxo_mesh_destroy(mesh);
-        if (k < 0) continue;
-        json_array_append_new(total, json_real(seconds));
-        json_array_append_new(halfedge, json_real(info.halfedge_s));
-        json_array_append_new(reorder, json_real(info.reorder_s));
+    char text[512], *rest = text;
+    *settings = loxo_geodesic_settings_default();
+    if (snprintf(text, sizeof text, "method=%s", method) >= (int)sizeof text)
+        return bench_fail(b, LOXO_ERR_ARGUMENT, "too long: %s", method);
+    while (rest != NULL) {
+        char *name = rest, *end = strchr(rest, ','), *value;
+        rest = end != NULL ? end + 1 : NULL;
+        if (end != NULL) *end = '\0';
+        if ((value = strchr(name, '=')) != NULL) *value++ = '\0';
+        const loxo_status status = loxo_options_set(b->ctx, "geodesic", loxo_geodesic_options, settings, name, value);
+        if (status < 0) return status;
     }
-    json_t *result = json_pack("{s:o, s:o, s:o, s:I, s:I, s:I, s:i, s:I}", "total_s", total, "halfedge_s", halfedge,
-                               "reorder_s", reorder, "mesh_bytes", (json_int_t)info.mesh_bytes, "order_bytes",
-                               (json_int_t)info.order_bytes, "peak_bytes", (json_int_t)info.peak_bytes, "order",
-                               (int)info.order, "n_vertices", (json_int_t)soup.n_vertices);
-    loxo_soup_destroy(b->ctx, &soup);
-    if (status >= 0) return print_json(b, result);
-    json_decref(result);
-    return status;
+    return LOXO_OK;
 }
 
 /* One solve's clock time and phases, appended to the result. */
@@ -106,11 +73,10 @@ static loxo_status solve(bench *b, char **argv)
     json_t *solves = json_array();
     const int n_solves = (int)strtol(argv[2], NULL, 10);
     double clock[6] = {loxo_os_clock_s()};
-    settings.method = strcmp(argv[1], "face") == 0 ? LOXO_GEODESIC_FACE : LOXO_GEODESIC_EDGE;
-
-    loxo_status status = loxo_read_mesh(b->ctx, argv[0], NULL, &soup);
+    loxo_status status = bench_method_settings(b, argv[1], &settings);
+    if (status >= 0) status = loxo_read_mesh(b->ctx, argv[0], NULL, &soup);
     clock[1] = loxo_os_clock_s();
-    if (status < 0 || (status = mesh_of(b, &soup, &mesh_info, &mesh)) < 0) goto done;
+    if (status < 0 || (status = bench_mesh_of(b, &soup, NULL, &mesh_info, &mesh)) < 0) goto done;
     clock[2] = loxo_os_clock_s();
     const int64_t n = loxo_mesh_n_vertices(mesh);
     if ((status = loxo_geodesic_create(b->ctx, mesh, &settings, &geodesic)) < 0) goto done;
@@ -134,7 +100,7 @@ static loxo_status solve(bench *b, char **argv)
                                (json_int_t)loxo_os_peak_rss(), "workspace_bytes", (json_int_t)info.workspace_bytes,
                                "mesh_bytes", (json_int_t)mesh_info.mesh_bytes + (json_int_t)mesh_info.order_bytes,
                                "n_levels", (json_int_t)info.n_levels, "n_updates", (json_int_t)info.n_evaluations);
-    status = print_json(b, result);
+    status = bench_print_json(b, result);
 done:
     json_decref(solves);
     loxo_release(b->ctx, distance);
@@ -162,16 +128,44 @@ static loxo_status error_of(bench *b, char **argv)
         loxo_release(b->ctx, exact);
         loxo_soup_destroy(b->ctx, &soup);
         if (status < 0) return status;
-        return print_json(b, json_pack("{s:f}", "mean_relative", error.mean_relative));
+        return bench_print_json(b, json_pack("{s:f}", "mean_relative", error.mean_relative));
     }
     return bench_fail(b, LOXO_ERR_ARGUMENT, "no case of that name: %s", argv[0]);
+}
+
+/* compare TRUTH FILE: mean relative error (29) over the vertices that TRUTH has, the first ones of FILE. */
+static loxo_status compare(bench *b, char **argv)
+{
+    double *exact = NULL, *distance = NULL;
+    int64_t n_exact = 0, n = 0;
+    loxo_distance_error error = {0};
+    loxo_status status = loxo_read_field(b->ctx, argv[0], &exact, &n_exact);
+    if (status >= 0) status = loxo_read_field(b->ctx, argv[1], &distance, &n);
+    if (status >= 0 && n < n_exact)
+        status = bench_fail(b, LOXO_ERR_MALFORMED, "%s: %lld values, the truth has %lld", argv[1], (long long)n,
+                            (long long)n_exact);
+    if (status >= 0) status = loxo_measure_distance_error(b->ctx, distance, exact, n_exact, &error);
+    loxo_release(b->ctx, distance);
+    loxo_release(b->ctx, exact);
+    if (status < 0) return status;
+    return bench_print_json(
+        b, json_pack("{s:f, s:I}", "mean_relative", error.mean_relative, "n_compared", (json_int_t)error.n_compared));
 }
 
 static const struct {
     const char *name;
     int n_arguments;
     loxo_status (*run)(bench *b, char **argv);
-} tasks[] = {{"generate", 3, generate}, {"build", 2, build}, {"solve", 4, solve}, {"error", 2, error_of}};
+} tasks[] = {{"generate", 3, bench_task_generate},
+             {"subdivide", 3, bench_task_subdivide},
+             {"shuffle", 2, bench_task_shuffle},
+             {"closed-form", 3, bench_task_closed_form},
+             {"build", 2, bench_task_build},
+             {"order", 4, bench_task_order},
+             {"solve", 4, solve},
+             {"error", 2, error_of},
+             {"compare", 2, compare},
+             {"search", 3, bench_task_search}};
 
 loxo_status bench_worker(bench *b, int argc, char **argv)
 {
@@ -184,7 +178,7 @@ loxo_status bench_worker(bench *b, int argc, char **argv)
 
 loxo_status bench_worker_run(bench *b, int n_threads, const char *const *task, json_t **result)
 {
-    char threads[16], vertices[32], source[32];
+    char threads[16], vertices[32], source[32], memory[32];
     const char *argv[48] = {b->self, "worker"};
     int n = 2;
     bench_child child;
@@ -194,7 +188,9 @@ loxo_status bench_worker_run(bench *b, int n_threads, const char *const *task, j
     snprintf(threads, sizeof threads, "%d", n_threads);
     snprintf(vertices, sizeof vertices, "%lld", (long long)b->settings.vertices);
     snprintf(source, sizeof source, "%lld", (long long)b->settings.source);
-    const char *const options[] = {"--threads", threads, "--vertices", vertices, "--source", source, "--work", b->work};
+    snprintf(memory, sizeof memory, "%zu", b->settings.max_memory);
+    const char *const options[] = {"--threads", threads,  "--vertices", vertices,       "--source",
+                                   source,      "--work", b->work,      "--max-memory", memory};
     for (size_t i = 0; i < sizeof options / sizeof options[0]; ++i)
         argv[n++] = options[i];
     const char *const optional[][2] = {
@@ -207,6 +203,7 @@ loxo_status bench_worker_run(bench *b, int n_threads, const char *const *task, j
     argv[n] = NULL;
     const loxo_status status = bench_child_run(b->ctx, argv, &child);
     if (status < 0) return status;
+    b->child_exit = child.exit_code;
     if (child.exit_code == 0) *result = json_loads(child.text, 0, NULL);
     loxo_release(b->ctx, child.text);
     if (*result != NULL) return LOXO_OK;

@@ -228,7 +228,7 @@ loxo_status bench_micro(bench *b)
         bench_triad_close(b, &triad);
     }
     if (status >= 0) {
-        bench_table_print(&table);
+        bench_table_print(b, &table);
         printf(
             "%lld vertices, %lld faces, positions in double. bytes/element: what must be read and written once. %% of "
             "triad: of the\ntriad with as many threads, run in turns with the kernel. A step of the diffusion stays in "

@@ -1,0 +1,159 @@
+/* SPDX-License-Identifier: MIT
+ * The list of tables and figures, and what becomes of one: text, JSON, plots. */
+#include "paper.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const struct {
+    const char *name, *help;
+    loxo_status (*run)(bench *b);
+} figures[] = {
+    {"tao2021-table1", "time, memory, error, best m of all methods on meshes of growing size", paper_tao2021_table1},
+    {"tao2021-fig2", "error of the heat's directions against sweeps and time", paper_tao2021_fig2},
+    {"tao2021-fig4", "residuals of ADMM against iterations", paper_tao2021_fig4},
+    {"tao2021-fig5", "error of the distance against iterations of ADMM", paper_tao2021_fig5},
+    {"tao2021-fig7", "genus eight, with and without the conditions on cycles", paper_tao2021_fig7},
+    {"tao2021-fig8", "several sources, with and without the conditions on paths", paper_tao2021_fig8},
+    {"tao2021-fig10", "subdivided meshes, too large for the other methods", paper_tao2021_fig10},
+    {"tao2021-fig11", "time and memory against size, three shapes, all methods", paper_tao2021_fig11},
+    {"tao2021-fig12", "the four steps of the face-based method for each number of threads", paper_tao2021_fig12},
+};
+#define N_FIGURES ((int)(sizeof figures / sizeof figures[0]))
+
+loxo_status bench_paper_list(bench *b)
+{
+    for (int i = 0; i < N_FIGURES; ++i)
+        bench_say(b, "%-15s %s\n", figures[i].name, figures[i].help);
+    bench_say(b,
+              "\ntao2021: Tao et al. 2021, Parallel and Scalable Heat Methods for Geodesic Distance Computation, IEEE "
+              "TPAMI 43(2)\n");
+    return LOXO_OK;
+}
+
+static bool is_named(int figure, int n_names, char **names)
+{
+    for (int i = 0; i < n_names; ++i)
+        if (strcmp(names[i], "all") == 0 || strcmp(names[i], figures[figure].name) == 0) return true;
+    return false;
+}
+
+static loxo_status out_path(bench *b, const char *suffix, char path[BENCH_PATH])
+{
+    const int n = snprintf(path, BENCH_PATH, "%s/%s%s", b->out, b->figure, suffix);
+    return n > 0 && n < BENCH_PATH ? LOXO_OK : bench_fail(b, LOXO_ERR_ARGUMENT, "--out: the name is too long");
+}
+
+static loxo_status make(bench *b, int figure)
+{
+    char path[BENCH_PATH];
+    loxo_status status = LOXO_OK;
+    b->figure = figures[figure].name;
+    if (b->out != NULL) {
+        if ((status = out_path(b, ".txt", path)) < 0) return status;
+        if ((b->text = fopen(path, "w")) == NULL) return bench_fail(b, LOXO_ERR_WRITE, "%s: cannot be written", path);
+    }
+    bench_say(b, "%s: %s\n\n", figures[figure].name, figures[figure].help);
+    status = bench_machine(b);
+    json_object_set_new(b->report, "figure", json_string(b->figure));
+    if (status >= 0) status = figures[figure].run(b);
+    if (b->text != NULL && fclose(b->text) != 0 && status >= 0)
+        status = bench_fail(b, LOXO_ERR_WRITE, "%s: cannot be written", path);
+    b->text = NULL;
+    if (status < 0 || b->out == NULL) return status;
+    if ((status = out_path(b, ".json", path)) < 0) return status;
+    char *text = json_dumps(b->report, JSON_INDENT(2) | JSON_REAL_PRECISION(17));
+    if (text == NULL) return LOXO_ERR_MEMORY;
+    status = loxo_write_bytes(b->ctx, path, text, strlen(text));
+    free(text);
+    return status;
+}
+
+loxo_status bench_paper(bench *b, int n_names, char **names)
+{
+    for (int i = 0; i < n_names; ++i) {
+        bool is_there = strcmp(names[i], "all") == 0;
+        for (int k = 0; k < N_FIGURES; ++k)
+            is_there = is_there || strcmp(names[i], figures[k].name) == 0;
+        if (!is_there)
+            return bench_fail(b, LOXO_ERR_ARGUMENT, "no such table or figure: %s; see `loxo-bench paper --list`",
+                              names[i]);
+    }
+    for (int k = 0; k < N_FIGURES; ++k) {
+        if (!is_named(k, n_names, names)) continue;
+        json_t *head = json_deep_copy(b->report); /* each has a report of its own */
+        const loxo_status status = make(b, k);
+        if (status < 0 || b->json_path != NULL) {
+            json_decref(head);
+            if (status < 0) return status;
+            continue; /* --json: all in one */
+        }
+        json_decref(b->report);
+        b->report = head;
+    }
+    return bench_report_write(b);
+}
+
+/* A build without libpng makes the tables all the same. */
+static loxo_status told_once(const bench *b, loxo_status status)
+{
+    static bool is_told;
+    if (status != LOXO_ERR_UNSUPPORTED) return status;
+    if (!is_told) bench_say(b, "No pictures: %s\n", loxo_context_failure(b->ctx)->text);
+    is_told = true;
+    return LOXO_OK;
+}
+
+loxo_status paper_plot(bench *b, const char *suffix, const loxo_plot *plot)
+{
+    char path[BENCH_PATH], ending[128];
+    if (b->out == NULL) return LOXO_OK;
+    snprintf(ending, sizeof ending, "-%s.png", suffix);
+    const loxo_status status = out_path(b, ending, path);
+    return status < 0 ? status : told_once(b, loxo_plot_png(b->ctx, plot, path));
+}
+
+loxo_status paper_picture(const paper_subject *s, const char *suffix, const char *title)
+{
+    bench *b = s->b;
+    char path[BENCH_PATH], ending[128];
+    loxo_draw_settings settings = loxo_draw_settings_default();
+    if (b->out == NULL) return LOXO_OK;
+    settings.title = title;
+    settings.n_isolines = 30;
+    if (s->mesh.model != NULL && s->mesh.model->file != NULL) settings.up = LOXO_DRAW_UP_Y; /* as scans are */
+    snprintf(ending, sizeof ending, "-%s.png", suffix);
+    const loxo_status status = out_path(b, ending, path);
+    return status < 0 ? status : told_once(b, loxo_draw_png(b->ctx, &s->arrays, s->distance, &settings, path));
+}
+
+const char *paper_percent(double share, char *text, size_t n)
+{
+    if (isnan(share))
+        snprintf(text, n, "-");
+    else
+        snprintf(text, n, share < 0.00995 ? "%.3f %%" : "%.2f %%", 100.0 * share);
+    return text;
+}
+
+const char *paper_number(double value, char *text, size_t n)
+{
+    if (isnan(value))
+        snprintf(text, n, "-");
+    else if (fabs(value) >= 1000.0 && fabs(value) < 1e7)
+        snprintf(text, n, "%.0f", value);
+    else
+        snprintf(text, n, "%.3g", value);
+    return text;
+}
+
+json_t *paper_json(double value) { return isfinite(value) ? json_real(value) : json_null(); }
+
+bool paper_has_method(const char *name)
+{
+    for (int m = 0; m < LOXO_GEODESIC_N_METHODS; ++m)
+        if (strcmp(loxo_geodesic_method_name((loxo_geodesic_method)m), name) == 0) return true;
+    return false;
+}

@@ -1,0 +1,131 @@
+/* SPDX-License-Identifier: MIT
+ * What the tables and figures of papers share: our meshes with true distances, solves in turns, the search for the best
+ * smoothing factor, plots. A table or figure is one file; paper.c lists them. */
+#ifndef LOXO_BENCH_PAPER_H
+#define LOXO_BENCH_PAPER_H
+
+#include "../bench.h"
+
+/* ---- the list (paper.c) ---- */
+
+loxo_status paper_tao2021_table1(bench *b);
+loxo_status paper_tao2021_fig2(bench *b);
+loxo_status paper_tao2021_fig4(bench *b);
+loxo_status paper_tao2021_fig5(bench *b);
+loxo_status paper_tao2021_fig7(bench *b);
+loxo_status paper_tao2021_fig8(bench *b);
+loxo_status paper_tao2021_fig10(bench *b);
+loxo_status paper_tao2021_fig11(bench *b);
+loxo_status paper_tao2021_fig12(bench *b);
+
+/* Writes FOLDER/FIGURE-suffix.png where --out was given and this build has PNG. */
+loxo_status paper_plot(bench *b, const char *suffix, const loxo_plot *plot);
+/* "0.481 %"; "-" for NaN. */
+const char *paper_percent(double share, char *text, size_t n);
+/* A number with three digits; "-" for NaN. */
+const char *paper_number(double value, char *text, size_t n);
+json_t *paper_json(double value); /* null for NaN */
+
+/* Whether this build's library has the method. */
+bool paper_has_method(const char *name);
+
+/* ---- meshes (mesh.c) ---- */
+
+typedef struct paper_model {
+    const char *name;
+    const char *file;  /* under the folder of the meshes; NULL: generated */
+    const char *exact; /* its distances from vertex 0, under that folder; NULL: none kept there */
+    loxo_shape shape;  /* when generated */
+} paper_model;
+
+extern const paper_model paper_models[];
+const paper_model *paper_model_find(const char *name); /* NULL: none of that name */
+
+/* A mesh as a file, and true distances from vertex 0 to its first n_truth vertices. Subdividing changes no distance: so
+ * the truth of a scan serves for all its refinements, as in the paper's section 6.1. */
+typedef struct paper_mesh {
+    const paper_model *model;
+    char path[BENCH_PATH], truth[BENCH_PATH]; /* truth "": not known */
+    const char *truth_from;                   /* "kept file", "closed form", "method exact"; "" */
+    int n_subdivisions;
+    int64_t n_vertices, n_faces, n_truth;
+} paper_mesh;
+
+/* The model with about n_wanted vertices: generated, or the file subdivided as often as comes nearest. with_truth: finds
+ * true distances, where need be by the method `exact`. LOXO_ERR_UNSUPPORTED when its file is not here. */
+loxo_status paper_mesh_make(bench *b, const paper_model *model, double n_wanted, bool with_truth, paper_mesh *mesh);
+/* Mean relative error (29) of a file of distances; NaN when the truth is not known. */
+double paper_error(bench *b, const paper_mesh *mesh, const char *distances);
+
+/* ---- solves in this process (subject.c) ---- */
+
+/* A mesh in memory. Its pictures and curves need many solves, and no peak of memory. */
+typedef struct paper_subject {
+    bench *b;
+    paper_mesh mesh;
+    loxo_soup soup;
+    loxo_mesh_arrays arrays;
+    loxo_mesh *halfedges;
+    double *truth;    /* [n_vertices] from vertex 0; NULL: not known */
+    double *distance; /* [n_vertices] of the last solve */
+} paper_subject;
+
+/* LOXO_ERR_UNSUPPORTED, with a line printed, where the mesh is not here. */
+loxo_status paper_subject_open(bench *b, const char *model, double n_wanted, bool with_truth, paper_subject *s);
+/* The same with a generator's parameter. */
+loxo_status paper_subject_generate(bench *b, loxo_shape shape, double n_wanted, double param, paper_subject *s);
+void paper_subject_close(paper_subject *s);
+/* Distances from sources by a method with settings. */
+loxo_status paper_subject_solve(paper_subject *s, const char *method, const loxo_index *sources, int64_t n_sources,
+                                loxo_geodesic_info *info);
+/* Fills truth by the method `exact`, for these sources; leaves it NULL where this build lacks that. */
+loxo_status paper_subject_find_truth(paper_subject *s, const loxo_index *sources, int64_t n_sources);
+/* (29) of the last solve's distances against truth [n_vertices]; NaN when that is NULL. */
+double paper_subject_error(paper_subject *s, const double *truth);
+
+/* A picture of the last solve's distances, as paper_plot. */
+loxo_status paper_picture(const paper_subject *s, const char *suffix, const char *title);
+
+/* Rows with and without the global conditions (23)-(26); pictures of the paper's setting (constraints.c). Columns:
+ * PAPER_CONSTRAINT_HEADS. */
+#define PAPER_CONSTRAINT_HEADS                                                                                         \
+    "mesh|vertices|method|iterations|error without|error with|conditions|seconds without|seconds with"
+loxo_status paper_with_and_without(paper_subject *s, const char *name, const loxo_index *sources, int64_t n_sources,
+                                   bench_table *table);
+
+/* ---- solves in turns (rounds.c) ---- */
+
+#define PAPER_MAX_JOBS 24
+
+typedef struct paper_job {
+    char method[128]; /* name and settings, as "edge,time-factor=2"; of a peer its name */
+    const bench_peer *peer;
+    int n_threads;
+    /* results */
+    char failure[BENCH_CELL]; /* "" when it ran */
+    char note[BENCH_CELL];    /* name of a status other than LOXO_OK; "" */
+    bench_stat total_s, create_s, solve_s, peak_bytes;
+    bench_stat phase_s[LOXO_GEODESIC_N_PHASES];
+    bench_stat ratio; /* of a peer: its time over that of the first job in the same round */
+    double updates;   /* of the diffusion, a vertex */
+    double error;     /* (29); NaN: not known */
+} paper_job;
+
+/* Bytes that a solve will take by the library's own estimate, mesh and result included. */
+size_t paper_predict_bytes(bench *b, const char *method, int64_t n_vertices, int64_t n_faces);
+/* What a process may take: --max-memory, or what the context grants. */
+size_t paper_memory_limit(const bench *b);
+/* Runs every job once a round, in turns, each in a process of its own, --repeats rounds. The distances of the first round are
+ * compared with the truth. What does not fit by its own estimate is not run: failure says so. */
+loxo_status paper_rounds(bench *b, const paper_mesh *mesh, int n_jobs, paper_job *jobs);
+/* Adds the peers of --compare-with that can run with so many threads. Returns the new number of jobs. */
+int paper_add_peers(const bench *b, int n_threads, int n_jobs, paper_job jobs[PAPER_MAX_JOBS]);
+
+/* ---- the smoothing factor m of (28) (search.c) ---- */
+
+/* Whether the method diffuses heat over t = m h^2. */
+bool paper_is_heat(const char *method);
+/* The m of the least error, and the error at m = 1; NaN where the truth is not known or no solve succeeded. */
+double paper_best_m(bench *b, const paper_mesh *mesh, const char *method, int n_threads, double *error_at_one);
+
+#endif

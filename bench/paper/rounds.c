@@ -1,0 +1,149 @@
+/* SPDX-License-Identifier: MIT
+ * Solves of one mesh by several methods and peers in turns, so that what else the machine does hits all of them alike. */
+#include "paper.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+#include <unistd.h>
+
+/* Samples of one job, round by round. */
+typedef struct samples {
+    double total[BENCH_MAX_REPEATS], create[BENCH_MAX_REPEATS], solve[BENCH_MAX_REPEATS], peak[BENCH_MAX_REPEATS];
+    double ratio[BENCH_MAX_REPEATS], phase[LOXO_GEODESIC_N_PHASES][BENCH_MAX_REPEATS];
+} samples;
+
+size_t paper_predict_bytes(bench *b, const char *method, int64_t n_vertices, int64_t n_faces)
+{
+    loxo_geodesic_settings settings;
+    size_t mesh_bytes = 0, build_bytes = 0, work_bytes = 0;
+    if (bench_method_settings(b, method, &settings) < 0 ||
+        loxo_mesh_estimate(n_vertices, n_faces, false, NULL, &mesh_bytes, &build_bytes) < 0 ||
+        loxo_geodesic_estimate(b->ctx, n_vertices, n_faces, &settings, &work_bytes, NULL) < 0)
+        return 0;
+    const size_t solve_bytes = mesh_bytes + work_bytes + sizeof(double) * (size_t)n_vertices;
+    return solve_bytes > build_bytes ? solve_bytes : build_bytes;
+}
+
+size_t paper_memory_limit(const bench *b)
+{
+    return b->settings.max_memory > 0 ? b->settings.max_memory : loxo_context_memory(b->ctx).limit_bytes;
+}
+
+int paper_add_peers(const bench *b, int n_threads, int n_jobs, paper_job jobs[PAPER_MAX_JOBS])
+{
+    for (int i = 0; i < b->n_peers && n_jobs < PAPER_MAX_JOBS; ++i) {
+        if (n_threads > 1 && strstr(b->peers[i].command, "{threads}") == NULL) continue; /* it runs as it likes */
+        jobs[n_jobs] = (paper_job){.peer = &b->peers[i], .n_threads = n_threads};
+        snprintf(jobs[n_jobs].method, sizeof jobs[n_jobs].method, "%s", b->peers[i].name);
+        n_jobs += 1;
+    }
+    return n_jobs;
+}
+
+/* Why the last child ended. */
+static void note_failure(const bench *b, paper_job *job)
+{
+    for (int status = LOXO_ERR_ARGUMENT; status >= LOXO_ERR_STOPPED; --status)
+        if (b->child_exit > 0 && loxo_status_exit_code((loxo_status)status) == b->child_exit) {
+            snprintf(job->failure, sizeof job->failure, "%s", loxo_status_text((loxo_status)status));
+            return;
+        }
+    snprintf(job->failure, sizeof job->failure, "exit code %d", b->child_exit);
+}
+
+static loxo_status our_round(bench *b, const paper_mesh *mesh, paper_job *job, samples *s, int k)
+{
+    char out[BENCH_PATH + 32] = "-";
+    json_t *result = NULL;
+    if (k == 0 && mesh->truth[0] != '\0') snprintf(out, sizeof out, "%s/job.npy", b->work);
+    loxo_status status = bench_worker_run(
+        b, job->n_threads, (const char *const[]){"solve", mesh->path, job->method, "1", out, NULL}, &result);
+    if (status < 0) {
+        note_failure(b, job);
+        return b->child_exit >= 128 ? status : LOXO_OK; /* what a signal ended, ends us */
+    }
+    const json_t *solve = json_array_get(json_object_get(result, "solves"), 0);
+    s->create[k] = bench_number(result, "create_s");
+    s->solve[k] = bench_number(solve, "solve_s");
+    s->total[k] = s->create[k] + s->solve[k];
+    s->peak[k] = bench_number(result, "peak_bytes");
+    for (int p = 0; p < LOXO_GEODESIC_N_PHASES; ++p)
+        s->phase[p][k] = bench_number(solve, loxo_geodesic_phase_name((loxo_geodesic_phase)p));
+    const char *said = json_string_value(json_object_get(result, "status"));
+    snprintf(job->note, sizeof job->note, "%s", said == NULL || strcmp(said, "LOXO_OK") == 0 ? "" : said);
+    job->updates = bench_number(result, "n_updates") / (double)mesh->n_vertices;
+    json_decref(result);
+    if (k != 0 || out[0] == '-') return LOXO_OK;
+    job->error = paper_error(b, mesh, out);
+    unlink(out);
+    return LOXO_OK;
+}
+
+/* A peer's distances are turned into a file of ours for the comparison. */
+static loxo_status peer_round(bench *b, const paper_mesh *mesh, paper_job *job, samples *s, const char *method, int k)
+{
+    char out[BENCH_PATH + 32], own[BENCH_PATH + 32], name[128];
+    bench_peer_result result;
+    double *distance = NULL;
+    snprintf(out, sizeof out, "%s/peer.out", b->work);
+    snprintf(own, sizeof own, "%s/peer.npy", b->work);
+    snprintf(name, sizeof name, "%.*s", (int)strcspn(method, ","), method);
+    if (bench_peer_run(b, job->peer, mesh->path, out, job->n_threads, name, &result) < 0) {
+        bench_say(b, "%s\n", bench_message(b));
+        snprintf(job->failure, sizeof job->failure, "it failed");
+        return LOXO_OK;
+    }
+    s->total[k] = s->solve[k] = result.seconds;
+    s->create[k] = 0.0;
+    s->peak[k] = result.peak_bytes > 0 ? (double)result.peak_bytes : (double)NAN;
+    if (k != 0 || mesh->truth[0] == '\0') return LOXO_OK;
+    loxo_status status = bench_read_distances(b, out, mesh->n_vertices, &distance);
+    if (status >= 0) status = loxo_write_field(b->ctx, own, "distance", distance, mesh->n_vertices, NULL);
+    loxo_release(b->ctx, distance);
+    if (status >= 0) job->error = paper_error(b, mesh, own);
+    unlink(out);
+    unlink(own);
+    return status;
+}
+
+static bool fits(bench *b, const paper_mesh *mesh, paper_job *job)
+{
+    const size_t bytes = job->peer == NULL ? paper_predict_bytes(b, job->method, mesh->n_vertices, mesh->n_faces) : 0;
+    if (bytes <= paper_memory_limit(b)) return true;
+    snprintf(job->failure, sizeof job->failure, "out of memory, %zu bytes predicted", bytes);
+    return false;
+}
+
+loxo_status paper_rounds(bench *b, const paper_mesh *mesh, int n_jobs, paper_job *jobs)
+{
+    static samples all[PAPER_MAX_JOBS]; /* large */
+    const int n_rounds = b->settings.repeats;
+    loxo_status status = LOXO_OK;
+    for (int j = 0; j < n_jobs; ++j) {
+        jobs[j].failure[0] = '\0';
+        jobs[j].error = jobs[j].updates = (double)NAN;
+        (void)fits(b, mesh, &jobs[j]);
+    }
+    for (int k = 0; k < n_rounds; ++k)
+        for (int j = 0; j < n_jobs; ++j) {
+            if (jobs[j].failure[0] != '\0') continue;
+            if (jobs[j].peer == NULL)
+                status = our_round(b, mesh, &jobs[j], &all[j], k);
+            else
+                status = peer_round(b, mesh, &jobs[j], &all[j], jobs[0].method, k);
+            if (status < 0) return status;
+            all[j].ratio[k] = jobs[0].failure[0] == '\0' ? all[j].total[k] / all[0].total[k] : (double)NAN;
+        }
+    for (int j = 0; j < n_jobs; ++j) {
+        if (jobs[j].failure[0] != '\0') continue;
+        jobs[j].total_s = bench_stat_of(n_rounds, all[j].total);
+        jobs[j].create_s = bench_stat_of(n_rounds, all[j].create);
+        jobs[j].solve_s = bench_stat_of(n_rounds, all[j].solve);
+        jobs[j].peak_bytes = bench_stat_of(n_rounds, all[j].peak);
+        jobs[j].ratio = bench_stat_of(n_rounds, all[j].ratio);
+        for (int p = 0; p < LOXO_GEODESIC_N_PHASES && jobs[j].peer == NULL; ++p)
+            jobs[j].phase_s[p] = bench_stat_of(n_rounds, all[j].phase[p]);
+    }
+    return LOXO_OK;
+}
