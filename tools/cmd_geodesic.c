@@ -145,16 +145,12 @@ static loxo_status make_mesh(cli_run *run, const geodesic_state *s, loxo_soup *s
 static loxo_status solve(cli_run *run, const geodesic_state *s, const loxo_mesh *mesh, const cli_sources *sources,
                          double *distance)
 {
-    enum { MOST_SHOWN = 1024 };
     loxo_geodesic *geodesic = NULL;
     loxo_geodesic_info info = {0};
-    json_t *list = json_put_array(run->report.json, "sources");
-    for (int64_t i = 0; i < sources->n && i < MOST_SHOWN; ++i)
-        json_append(list, json_integer(sources->vertex[i]));
     const double start_s = loxo_os_clock_s();
     loxo_status status = loxo_geodesic_create(run->ctx, mesh, &s->geodesic, &geodesic);
     if (status < 0) return status;
-    status = loxo_geodesic_solve(geodesic, sources->vertex, sources->n, distance, &info);
+    status = cli_sources_solve(run, sources, geodesic, distance, &info);
     loxo_geodesic_destroy(geodesic);
     if (status < 0) return status;
     if (status == LOXO_STOPPED && !run->common->keep_partial) return LOXO_ERR_STOPPED;
@@ -225,11 +221,9 @@ static loxo_status geodesic_main(cli_run *run, void *state)
     sources.n_vertices = soup.n_vertices;
     if ((status = cli_sources_read(run, &sources)) < 0) goto done;
     if ((status = make_mesh(run, s, &soup, &mesh)) < 0) goto done;
-    const loxo_mesh_view view = loxo_mesh_get_view(mesh);
-    if ((status = cli_sources_nearest(run, &view, &sources)) < 0) goto done;
-    if (cli_args_has(&run->args, "intrinsic") &&
-        (status = cli_make_intrinsic(run, mesh, &s->intrinsic, &intrinsic)) < 0)
-        goto done;
+    const bool is_intrinsic = cli_args_has(&run->args, "intrinsic");
+    if ((status = cli_sources_locate(run, mesh, is_intrinsic, &sources)) < 0) goto done;
+    if (is_intrinsic && (status = cli_make_intrinsic(run, mesh, &s->intrinsic, &intrinsic)) < 0) goto done;
     status = LOXO_ERR_MEMORY;
     if ((distance = loxo_allocate(run->ctx, loxo_mesh_n_vertices(mesh), sizeof *distance)) == NULL) goto done;
     if ((status = solve(run, s, intrinsic != NULL ? intrinsic : mesh, &sources, distance)) < 0) goto done;
@@ -247,22 +241,7 @@ done:
 }
 
 static const cli_flag geodesic_flags[] = {
-    {.name = "source",
-     .letter = 's',
-     .values = "V,..",
-     .n_values = 1,
-     .repeats = true,
-     .help = "source vertices, from 0"},
-    {.name = "sources",
-     .values = "FILE",
-     .n_values = 1,
-     .repeats = true,
-     .help = "the same from a text file; # comments"},
-    {.name = "source-point",
-     .values = "X,Y,Z",
-     .n_values = 1,
-     .repeats = true,
-     .help = "the vertex nearest to a point"},
+    CLI_SOURCE_FLAGS,
     {.name = "intrinsic", .help = "solve on the intrinsic Delaunay triangulation: for badly shaped triangles"},
     {.name = "output",
      .letter = 'o',

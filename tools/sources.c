@@ -1,115 +1,56 @@
 /* SPDX-License-Identifier: MIT */
 #include "sources.h"
 
-#include "base/os.h"
-
 #include <math.h>
 #include <string.h>
 
-static const char blanks[] = ", \t\r\n";
+#define MOST_SHOWN 1024 /* of the sources in the report */
+#define MOST_ROWS  4    /* for people, of the points */
 
-/* Where a number stands, for messages. */
-typedef struct place {
-    const char *file; /* NULL: the command line */
-    int64_t line;
-} place;
-
-static loxo_status grow(cli_run *run, cli_sources *sources)
+static loxo_surface_point at_vertex(loxo_index vertex)
 {
-    if (sources->n < sources->capacity) return LOXO_OK;
-    const int64_t capacity = sources->capacity > 0 ? 2 * sources->capacity : 64;
-    loxo_index *bigger = loxo_allocate(run->ctx, capacity, sizeof *bigger);
+    return (loxo_surface_point){{vertex, -1, -1}, {1.0, 0.0, 0.0}};
+}
+
+static loxo_status make_room(cli_run *run, cli_sources *sources, int64_t n_more)
+{
+    if (sources->n + n_more <= sources->capacity) return LOXO_OK;
+    const int64_t capacity = 2 * (sources->n + n_more) + 16;
+    loxo_surface_point *bigger = loxo_allocate(run->ctx, capacity, sizeof *bigger);
     if (bigger == NULL) return LOXO_ERR_MEMORY;
-    if (sources->n > 0) memcpy(bigger, sources->vertex, (size_t)sources->n * sizeof *bigger);
-    loxo_release(run->ctx, sources->vertex);
-    sources->vertex = bigger;
+    if (sources->n > 0) memcpy(bigger, sources->point, (size_t)sources->n * sizeof *bigger);
+    loxo_release(run->ctx, sources->point);
+    sources->point = bigger;
     sources->capacity = capacity;
     return LOXO_OK;
 }
 
-static loxo_status add(cli_run *run, cli_sources *sources, const char *word, size_t n_word, place at)
-{
-    int64_t vertex = -1;
-    const int shown = n_word < 60 ? (int)n_word : 60;
-    const char *file = at.file != NULL ? at.file : "";
-    /* A wrong word on the command line is wrong usage; in a file it is malformed input. */
-    const loxo_status status = at.file != NULL ? LOXO_ERR_MALFORMED : LOXO_ERR_ARGUMENT;
-    if (!cli_parse_integer(word, n_word, &vertex))
-        return cli_fail_at(run, status, file, at.line, "source '%.*s' is not a vertex number", shown, word);
-    if (vertex < 0 || vertex >= sources->n_vertices)
-        return cli_fail_at(run, LOXO_ERR_ARGUMENT, file, at.line, "source %lld is not in 0..%lld", (long long)vertex,
-                           (long long)sources->n_vertices - 1);
-    if (grow(run, sources) < 0) return LOXO_ERR_MEMORY;
-    sources->vertex[sources->n++] = (loxo_index)vertex;
-    return LOXO_OK;
-}
-
-/* Numbers of one -s: commas between them, nothing else. */
+/* Numbers of one -s: commas between them, nothing else; cli_sources_check has seen that they are numbers. */
 static loxo_status add_list(cli_run *run, cli_sources *sources, const char *text)
 {
     for (;; ++text) {
+        int64_t vertex = -1;
         const size_t n = strcspn(text, ",");
-        const loxo_status status = add(run, sources, text, n, (place){0});
-        if (status < 0) return status;
+        (void)cli_parse_integer(text, n, &vertex);
+        if (vertex < 0 || vertex >= sources->n_vertices)
+            return cli_fail(run, LOXO_ERR_ARGUMENT, "source %.*s is not in 0..%lld", (int)(n < 60 ? n : 60), text,
+                            (long long)sources->n_vertices - 1);
+        if (make_room(run, sources, 1) < 0) return LOXO_ERR_MEMORY;
+        sources->point[sources->n++] = at_vertex((loxo_index)vertex);
         text += n;
         if (*text == '\0') return LOXO_OK;
     }
 }
 
-/* Numbers of a file: blanks, commas or lines between them, comments from # to the end of the line. */
-static loxo_status add_text(cli_run *run, cli_sources *sources, const char *file, const char *text, size_t n_text)
-{
-    place at = {file, 1};
-    for (size_t i = 0; i < n_text;) {
-        if (text[i] == '#') {
-            while (i < n_text && text[i] != '\n')
-                ++i;
-        } else if (memchr(blanks, text[i], sizeof blanks - 1) != NULL) {
-            at.line += text[i++] == '\n';
-        } else {
-            const size_t begin = i;
-            while (i < n_text && text[i] != '#' && memchr(blanks, text[i], sizeof blanks - 1) == NULL)
-                ++i;
-            const loxo_status status = add(run, sources, text + begin, i - begin, at);
-            if (status < 0) return status;
-        }
-    }
-    return LOXO_OK;
-}
-
-/* Everything that a file or stream has; *text comes from loxo_allocate. */
-static loxo_status read_all(cli_run *run, const char *path, char **text, size_t *n_text)
-{
-    loxo_os_file file;
-    size_t capacity = (size_t)1 << 16, got = 0;
-    loxo_status status = loxo_os_open(run->ctx, path, &file);
-    *text = NULL;
-    *n_text = 0;
-    if (status < 0) return status;
-    do {
-        char *bigger = loxo_allocate(run->ctx, (int64_t)capacity, 1);
-        status = bigger != NULL ? LOXO_OK : LOXO_ERR_MEMORY;
-        if (status < 0) break;
-        if (*n_text > 0) memcpy(bigger, *text, *n_text);
-        loxo_release(run->ctx, *text);
-        *text = bigger;
-        status = loxo_os_read(run->ctx, &file, *text + *n_text, capacity - *n_text, &got);
-        *n_text += got;
-        capacity *= 2;
-    } while (status >= 0 && *n_text == capacity / 2);
-    loxo_os_close(&file);
-    return status;
-}
-
 static loxo_status add_file(cli_run *run, cli_sources *sources, const char *path)
 {
-    char *text = NULL;
-    size_t n_text = 0;
-    const int64_t before = sources->n;
-    loxo_status status = read_all(run, path, &text, &n_text);
-    if (status >= 0) status = add_text(run, sources, path, text, n_text);
-    if (status >= 0 && sources->n == before) status = cli_fail_at(run, LOXO_ERR_MALFORMED, path, 0, "no source in it");
-    loxo_release(run->ctx, text);
+    loxo_index *vertex = NULL;
+    int64_t n = 0;
+    loxo_status status = loxo_read_vertices(run->ctx, path, sources->n_vertices, &vertex, &n);
+    if (status >= 0) status = make_room(run, sources, n);
+    for (int64_t i = 0; i < n && status >= 0; ++i)
+        sources->point[sources->n++] = at_vertex(vertex[i]);
+    loxo_release(run->ctx, vertex);
     return status;
 }
 
@@ -119,8 +60,10 @@ loxo_status cli_sources_check(cli_run *run)
     const char *text;
     int64_t vertex;
     double point[3];
-    if (!cli_args_has(args, "source") && !cli_args_has(args, "sources") && !cli_args_has(args, "source-point"))
-        return cli_fail(run, LOXO_ERR_ARGUMENT, "geodesic: no source; give -s, --sources or --source-point");
+    if (!cli_args_has(args, "source") && !cli_args_has(args, "sources") && !cli_args_has(args, "source-point") &&
+        !cli_args_has(args, "source-points"))
+        return cli_fail(run, LOXO_ERR_ARGUMENT,
+                        "geodesic: no source; give -s, --sources, --source-point or --source-points");
     for (int cursor = 0; (text = cli_args_next(args, "source", &cursor)) != NULL;) {
         for (const char *at = text;; ++at) {
             const size_t n = strcspn(at, ",");
@@ -150,63 +93,127 @@ loxo_status cli_sources_read(cli_run *run, cli_sources *sources)
     return status;
 }
 
-static double distance_squared(const loxo_mesh_view *mesh, int64_t v, const double *point)
+/* ---- positions ----------------------------------------------------------------------------------------------- */
+
+static loxo_surface_point heaviest_corner(const loxo_surface_point *point)
 {
-    double sum = 0.0;
+    int best = 0;
+    for (int k = 1; k < 3; ++k)
+        if (point->vertex[k] >= 0 && (point->vertex[best] < 0 || point->weight[k] > point->weight[best])) best = k;
+    return at_vertex(point->vertex[best]);
+}
+
+static int corners_of(const loxo_surface_point *point)
+{
+    return (point->vertex[0] >= 0) + (point->vertex[1] >= 0) + (point->vertex[2] >= 0);
+}
+
+static json_t *point_to_json(const loxo_surface_point *point)
+{
+    json_t *entry = json_object(), *vertex = json_put_array(entry, "vertex"), *weight = json_put_array(entry, "weight");
     for (int k = 0; k < 3; ++k) {
-        const double x = mesh->position != NULL ? mesh->position[v][k] : (double)mesh->position_float[v][k];
-        sum += (x - point[k]) * (x - point[k]);
+        if (point->vertex[k] < 0) continue;
+        json_append(vertex, json_integer(point->vertex[k]));
+        json_append(weight, json_real(point->weight[k]));
     }
-    return sum;
+    return entry;
 }
 
-static int64_t origin_of(const loxo_mesh_view *mesh, int64_t v)
+static void tell_point(cli_run *run, const double position[3], const loxo_surface_point *point, double away, int64_t i,
+                       json_t *list)
 {
-    return mesh->vertex_origin != NULL ? mesh->vertex_origin[v] : v;
+    static const char *const kinds[] = {"", "vertex ", "on edge ", "in face "};
+    char corners[96] = "";
+    size_t used = 0;
+    for (int k = 0; k < 3; ++k)
+        if (point->vertex[k] >= 0 && used < sizeof corners)
+            used += (size_t)snprintf(corners + used, sizeof corners - used, "%s%lld", used > 0 ? " " : "",
+                                     (long long)point->vertex[k]);
+    if (i < MOST_ROWS)
+        report_row(&run->report, "nearest", "%s%s to %.6g,%.6g,%.6g, %.6g away", kinds[corners_of(point)], corners,
+                   position[0], position[1], position[2], away);
+    if (i >= MOST_SHOWN) return;
+    json_t *entry = point_to_json(point);
+    json_put_number(entry, "away", away);
+    json_append(list, entry);
 }
 
-/* Of equally near ones the caller's lowest number, whatever order the mesh took. */
-static int64_t nearest_vertex(const loxo_mesh_view *mesh, const double *point)
+/* Finds and tells; position [n][3]. */
+static loxo_status locate(cli_run *run, const loxo_mesh *mesh, bool to_vertices, cli_sources *sources, int64_t n,
+                          const double (*position)[3], json_t *list)
 {
-    int64_t best = -1;
-    double best_squared = INFINITY; /* so far off that the square overflows: no answer */
-    for (int64_t v = 0; v < mesh->n_vertices; ++v) {
-        if (mesh->vertex_halfedge[v] < 0) continue;
-        const double squared = distance_squared(mesh, v, point);
-        const bool ties = best >= 0 && squared == best_squared && origin_of(mesh, v) < origin_of(mesh, best);
-        if (!(squared < best_squared) && !ties) continue;
-        best = v;
-        best_squared = squared;
+    double *away = loxo_allocate(run->ctx, n, sizeof *away), largest = 0.0;
+    loxo_status status = away == NULL ? LOXO_ERR_MEMORY : make_room(run, sources, n);
+    loxo_surface_point *point = status >= 0 ? &sources->point[sources->n] : NULL;
+    if (status >= 0) status = loxo_mesh_nearest_points(mesh, n, position, point, away);
+    for (int64_t i = 0; i < n && status >= 0; ++i) {
+        if (to_vertices) point[i] = heaviest_corner(&point[i]);
+        largest = fmax(largest, away[i]);
+        tell_point(run, position[i], &point[i], away[i], i, list);
     }
-    return best;
+    if (status >= 0) sources->n += n;
+    if (status >= 0 && n > MOST_ROWS)
+        report_row(&run->report, "nearest", "%s points, %.6g away at most", text_count(n), largest);
+    loxo_release(run->ctx, away);
+    return status;
 }
 
-loxo_status cli_sources_nearest(cli_run *run, const loxo_mesh_view *mesh, cli_sources *sources)
+static loxo_status locate_file(cli_run *run, const loxo_mesh *mesh, bool to_vertices, cli_sources *sources,
+                               const char *path, json_t *list)
 {
+    double *position = NULL;
+    int64_t n = 0;
+    loxo_status status = loxo_read_points(run->ctx, path, &position, &n);
+    if (status >= 0)
+        status = locate(run, mesh, to_vertices, sources, n, (const double(*)[3])(const void *)position, list);
+    loxo_release(run->ctx, position);
+    return status;
+}
+
+loxo_status cli_sources_locate(cli_run *run, const loxo_mesh *mesh, bool to_vertices, cli_sources *sources)
+{
+    const cli_args *args = &run->args;
+    const bool has_positions = cli_args_has(args, "source-point") || cli_args_has(args, "source-points");
+    json_t *found = has_positions ? json_put_array(run->report.json, "source_points") : NULL;
     const char *text;
     int cursor = 0;
-    json_t *found = NULL;
-    while ((text = cli_args_next(&run->args, "source-point", &cursor)) != NULL) {
-        double point[3];
-        (void)cli_parse_numbers(text, point, 3); /* cli_sources_check has seen that they are three */
-        const int64_t v = nearest_vertex(mesh, point);
-        if (v < 0) return cli_fail(run, LOXO_ERR_MESH, "no vertex with a face is near %s", text);
-        if (grow(run, sources) < 0) return LOXO_ERR_MEMORY;
-        const int64_t vertex = origin_of(mesh, v);
-        const double away = sqrt(distance_squared(mesh, v, point));
-        sources->vertex[sources->n++] = (loxo_index)vertex;
-        report_row(&run->report, "nearest", "vertex %s to %s, %.6g away", text_count(vertex), text, away);
-        if (found == NULL) found = json_put_array(run->report.json, "source_points");
-        json_t *entry = json_object();
-        json_put_integer(entry, "vertex", vertex);
-        json_put_number(entry, "away", away);
-        json_append(found, entry);
+    loxo_status status = LOXO_OK;
+    while (status >= 0 && (text = cli_args_next(args, "source-point", &cursor)) != NULL) {
+        double position[1][3];
+        (void)cli_parse_numbers(text, position[0], 3); /* cli_sources_check has seen that they are three */
+        status = locate(run, mesh, to_vertices, sources, 1, (const double(*)[3])position, found);
+    }
+    cursor = 0;
+    while (status >= 0 && (text = cli_args_next(args, "source-points", &cursor)) != NULL)
+        status = locate_file(run, mesh, to_vertices, sources, text, found);
+    if (status < 0) return status;
+    json_t *list = json_put_array(run->report.json, "sources");
+    sources->at_vertices = true;
+    for (int64_t i = 0; i < sources->n; ++i) {
+        const loxo_surface_point *p = &sources->point[i];
+        const int n_corners = corners_of(p);
+        sources->at_vertices = sources->at_vertices && n_corners == 1;
+        if (i < MOST_SHOWN)
+            json_append(list, n_corners > 1 ? point_to_json(p) : json_integer(heaviest_corner(p).vertex[0]));
     }
     return LOXO_OK;
 }
 
+loxo_status cli_sources_solve(cli_run *run, const cli_sources *sources, loxo_geodesic *geodesic, double *distance,
+                              loxo_geodesic_info *info)
+{
+    if (!sources->at_vertices) return loxo_geodesic_solve_points(geodesic, sources->point, sources->n, distance, info);
+    loxo_index *vertex = loxo_allocate(run->ctx, sources->n, sizeof *vertex);
+    if (vertex == NULL) return LOXO_ERR_MEMORY;
+    for (int64_t i = 0; i < sources->n; ++i)
+        vertex[i] = heaviest_corner(&sources->point[i]).vertex[0];
+    const loxo_status status = loxo_geodesic_solve(geodesic, vertex, sources->n, distance, info);
+    loxo_release(run->ctx, vertex);
+    return status;
+}
+
 void cli_sources_destroy(cli_run *run, cli_sources *sources)
 {
-    loxo_release(run->ctx, sources->vertex);
+    loxo_release(run->ctx, sources->point);
     *sources = (cli_sources){0};
 }

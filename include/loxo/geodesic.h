@@ -136,12 +136,6 @@ LOXO_API loxo_status loxo_geodesic_create(loxo_context *ctx, const loxo_mesh *me
 LOXO_API loxo_status loxo_geodesic_solve(loxo_geodesic *geodesic, const loxo_index *sources, int64_t n_sources,
                                          double *distance, loxo_geodesic_info *info);
 
-/* A point on the surface: a barycentric combination of up to three of the caller's vertices, of one face. */
-typedef struct loxo_surface_point {
-    loxo_index vertex[3]; /* -1 where unused */
-    double weight[3];     /* of each; >= 0, sum 1 within 1e-6 (then made 1 exactly); not looked at where unused */
-} loxo_surface_point;
-
 /* Distances from a set of points on the surface, which may lie inside faces and edges.
  *   points     [n_points], n_points >= 1, any order, repeats allowed
  * returns      as loxo_geodesic_solve; LOXO_ERR_ARGUMENT, with the point's number as element: weights that are negative,

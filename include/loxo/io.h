@@ -67,6 +67,21 @@ LOXO_API loxo_status loxo_read_counts(loxo_context *ctx, const char *path, const
  *   value      out, [n] from loxo_allocate */
 LOXO_API loxo_status loxo_read_field(loxo_context *ctx, const char *path, double **value, int64_t *n);
 
+/* Reads the numbers of vertices that a file names, such as a solver's sources: a list of numbers (text; blanks, commas or
+ * lines between them, # begins a comment), a FreeSurfer .label, or of a GIFTI label, func or shape file those vertices
+ * whose value is not zero, as "file.gii:KEY" those whose value is KEY or has the label of that name. gzip is seen.
+ *   n_vertices   of the mesh: the numbers must be below, and GIFTI must have as many values
+ *   vertex       out, [n] from loxo_allocate, in the order of the file; repeats stay
+ * returns        LOXO_OK; LOXO_ERR_READ, LOXO_ERR_MALFORMED (no vertex in it, too), LOXO_ERR_UNSUPPORTED (labels that hold
+ *                coordinates only), LOXO_ERR_ARGUMENT (a number of a list out of range), LOXO_ERR_MEMORY */
+LOXO_API loxo_status loxo_read_vertices(loxo_context *ctx, const char *path, int64_t n_vertices, loxo_index **vertex,
+                                        int64_t *n);
+
+/* Reads points of space: .npy of shape (n, 3), or text with lines of three numbers (commas, semicolons or blanks between
+ * them; a header line and # comments are fine).
+ *   position   out, [n][3] from loxo_allocate, finite */
+LOXO_API loxo_status loxo_read_points(loxo_context *ctx, const char *path, double **position, int64_t *n);
+
 typedef struct loxo_write_settings {
     loxo_format format;
     const char *comment; /* one line put into formats that carry comments; may be NULL */

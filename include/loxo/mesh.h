@@ -212,6 +212,21 @@ LOXO_API loxo_mesh_view loxo_mesh_get_view(const loxo_mesh *mesh);
 /* The mesh's own number of every caller's vertex, [loxo_mesh_n_vertices] out: of a welded one that of the vertex it
  * became, of a split one that of its first copy. LOXO_OK, LOXO_ERR_ARGUMENT (NULL). */
 LOXO_API loxo_status loxo_mesh_vertex_order(const loxo_mesh *mesh, loxo_index *original_to_mesh);
+/* A point on the surface: a barycentric combination of up to three of the caller's vertices, of one face. */
+typedef struct loxo_surface_point {
+    loxo_index vertex[3]; /* -1 where unused */
+    double weight[3];     /* of each; >= 0, sum 1 within 1e-6 (then made 1 exactly); not looked at where unused */
+} loxo_surface_point;
+
+/* The points of the surface nearest to points of space, over all faces.
+ *   position   [n][3]
+ *   point      [n] out; corners with a weight, in the order of the face
+ *   away       [n] out, how far each is; may be NULL
+ * returns      LOXO_OK; LOXO_ERR_ARGUMENT: NULL, a position that is not finite (element: which), an intrinsic triangulation;
+ *              LOXO_ERR_MESH: no faces; LOXO_ERR_MEMORY; LOXO_ERR_STOPPED
+ * cost         some 5 ns a face and point, on all threads; of equally near faces the first is taken */
+LOXO_API loxo_status loxo_mesh_nearest_points(const loxo_mesh *mesh, int64_t n, const double (*position)[3],
+                                              loxo_surface_point *point, double *away);
 /* Bytes that loxo_mesh_create will hold and need at its peak, at most: LOXO_ORDER_AUTO may turn out to need no
  * permutation. Nothing is allocated. */
 LOXO_API loxo_status loxo_mesh_estimate(int64_t n_vertices, int64_t n_faces, bool is_float,

@@ -11,12 +11,25 @@
 loxo_status loxo_read_npy(loxo_context *ctx, const uint8_t *bytes, size_t n_bytes, const char *name, double **value,
                           int64_t *n);
 
+/* The same of rows of three numbers, in either order of an array's axes. */
+loxo_status loxo_read_npy_points(loxo_context *ctx, const uint8_t *bytes, size_t n_bytes, const char *name,
+                                 double **position, int64_t *n);
+
 /* Text: one number a line, or the last of columns. Columns are cut by commas, semicolons or spaces. A first line that is
  * no number is a header, lines that begin with # are comments. The first of several columns must number the lines (from
  * 0 or 1) when there is no header or when its header is `vertex`: so a decimal comma is no column, and shuffled rows are
  * no field. */
 loxo_status loxo_read_csv(loxo_context *ctx, const uint8_t *bytes, size_t n_bytes, const char *name, double **value,
                           int64_t *n);
+
+/* Text: lines of three numbers with commas, semicolons or blanks between them, behind a header or not; # begins a comment.
+ * [*n][3], finite. */
+loxo_status loxo_read_csv_points(loxo_context *ctx, const uint8_t *bytes, size_t n_bytes, const char *name,
+                                 double **position, int64_t *n);
+
+/* By the content: .npy or text. */
+loxo_status loxo_read_points_bytes(loxo_context *ctx, const uint8_t *bytes, size_t n_bytes, const char *name,
+                                   double **position, int64_t *n);
 
 /* By the content: GIFTI, .npy or text. */
 loxo_status loxo_read_field_bytes(loxo_context *ctx, const uint8_t *bytes, size_t n_bytes, const char *name,

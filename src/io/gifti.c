@@ -25,13 +25,16 @@ typedef struct parsing {
     const char *name;
     loxo_gifti_want_fn want;
     loxo_gifti_take_fn take;
+    loxo_gifti_label_fn take_label;
     void *user;
     XML_Parser parser;
     loxo_status status;
     int depth;
     int64_t n_arrays, n_announced; /* n_announced: -1 when the file does not say */
     bool in_array, is_wanted, has_data;
-    char *text; /* where a name goes while one is read */
+    bool in_labels;
+    int64_t label; /* -1: its key is none */
+    char *text;    /* where a name goes while one is read */
     size_t n_text;
     char key[64], value[64]; /* of metadata */
     loxo_gifti_array array;
@@ -347,6 +350,14 @@ static void XMLCALL on_start(void *user, const char *element, const char **attri
         if (!parse_count(attribute(attributes, "NumberOfDataArrays"), &p->n_announced)) p->n_announced = -1;
     } else if (p->depth == 2 && strcmp(element, "DataArray") == 0) {
         begin_array(p, attributes);
+    } else if (p->depth == 2) {
+        p->in_labels = p->take_label != NULL && strcmp(element, "LabelTable") == 0;
+    } else if (p->depth == 3 && p->in_labels && strcmp(element, "Label") == 0) {
+        const char *key = attribute(attributes, "Key"); /* "Index" in early files */
+        if (!parse_count(key != NULL ? key : attribute(attributes, "Index"), &p->label)) p->label = -1;
+        p->text = p->value;
+        p->n_text = 0;
+        p->text[0] = '\0';
     } else if (p->depth == 3 && p->in_array && strcmp(element, "Data") == 0) {
         if (p->has_data) stop_malformed(p, "DataArray: a second Data");
         p->has_data = true;
@@ -363,10 +374,11 @@ static void XMLCALL on_start(void *user, const char *element, const char **attri
 static void XMLCALL on_end(void *user, const char *element)
 {
     parsing *p = user;
-    (void)element;
     if (p->status < 0) return;
     p->text = NULL;
-    if (p->depth == 4 && p->in_array && p->is_wanted && strcmp(p->key, "Name") == 0) {
+    if (p->depth == 3 && p->in_labels && strcmp(element, "Label") == 0) {
+        if (p->label >= 0) p->take_label(p->user, p->label, p->value);
+    } else if (p->depth == 4 && p->in_array && p->is_wanted && strcmp(p->key, "Name") == 0) {
         copy_text(p->array.name, p->value);
         p->key[0] = '\0';
     } else if (p->depth == 3 && p->in_data) {
@@ -469,9 +481,16 @@ static void end(parsing *p)
 }
 
 loxo_status loxo_gifti_parse(loxo_context *ctx, const uint8_t *bytes, size_t n, const char *name,
-                             loxo_gifti_want_fn want, loxo_gifti_take_fn take, void *user)
+                             loxo_gifti_want_fn want, loxo_gifti_take_fn take, loxo_gifti_label_fn take_label,
+                             void *user)
 {
-    parsing p = {.ctx = ctx, .name = name, .want = want, .take = take, .user = user, .n_announced = -1};
+    parsing p = {.ctx = ctx,
+                 .name = name,
+                 .want = want,
+                 .take = take,
+                 .take_label = take_label,
+                 .user = user,
+                 .n_announced = -1};
     if (n == 0)
         return loxo_fail_at(ctx, LOXO_ERR_MALFORMED, (loxo_place){.file = name, .byte = 0, .element = -1},
                             "empty file");
@@ -508,9 +527,10 @@ done:
 #else
 
 loxo_status loxo_gifti_parse(loxo_context *ctx, const uint8_t *bytes, size_t n, const char *name,
-                             loxo_gifti_want_fn want, loxo_gifti_take_fn take, void *user)
+                             loxo_gifti_want_fn want, loxo_gifti_take_fn take, loxo_gifti_label_fn take_label,
+                             void *user)
 {
-    (void)bytes, (void)n, (void)want, (void)take, (void)user;
+    (void)bytes, (void)n, (void)want, (void)take, (void)take_label, (void)user;
     return loxo_fail_at(ctx, LOXO_ERR_UNSUPPORTED, (loxo_place){.file = name, .byte = -1, .element = -1},
                         "GIFTI needs expat, which this build lacks");
 }
@@ -519,7 +539,7 @@ loxo_status loxo_gifti_parse_flow(loxo_flow *flow, const uint8_t *bytes, size_t 
                                   loxo_gifti_enough_fn is_enough, void *user)
 {
     (void)is_enough;
-    return loxo_gifti_parse(flow->ctx, bytes, n, flow->name, want, NULL, user);
+    return loxo_gifti_parse(flow->ctx, bytes, n, flow->name, want, NULL, NULL, user);
 }
 
 #endif

@@ -34,8 +34,13 @@ typedef int (*loxo_gifti_want_fn)(void *user, loxo_context *ctx, const char *nam
 /* Hands over a wanted array; bytes is then the callee's. */
 typedef void (*loxo_gifti_take_fn)(void *user, const loxo_gifti_array *array);
 
+/* A row of the table of labels; its name is cut to 63 characters. */
+typedef void (*loxo_gifti_label_fn)(void *user, int64_t key, const char *label);
+
+/* take_label may be NULL. */
 loxo_status loxo_gifti_parse(loxo_context *ctx, const uint8_t *bytes, size_t n, const char *name,
-                             loxo_gifti_want_fn want, loxo_gifti_take_fn take, void *user);
+                             loxo_gifti_want_fn want, loxo_gifti_take_fn take, loxo_gifti_label_fn take_label,
+                             void *user);
 
 /* The same from a flow, of which the first n bytes were taken already, up to where is_enough says so: data that nobody
  * wants is passed over, and memory does not grow with the file. */

@@ -64,18 +64,9 @@ static bool is_ply_name(const char *path)
 
 static loxo_status read_file(loxo_context *ctx, const char *path, double **value, int64_t *n)
 {
-    loxo_source source;
-    uint8_t *bytes = NULL, *packed = NULL;
+    uint8_t *bytes = NULL;
     size_t n_bytes = 0;
-    loxo_status status = loxo_source_open(ctx, path, &source);
-    if (status >= 0) status = loxo_source_read(ctx, &source, 0, &bytes, &n_bytes);
-    loxo_source_close(ctx, &source);
-    if (status >= 0 && loxo_is_gzip(bytes, n_bytes)) {
-        packed = bytes;
-        bytes = NULL;
-        status = loxo_source_inflate(ctx, packed, n_bytes, false, path, 0, &bytes, &n_bytes);
-        loxo_release(ctx, packed);
-    }
+    loxo_status status = loxo_source_whole(ctx, path, &bytes, &n_bytes);
     if (status >= 0) status = loxo_read_field_bytes(ctx, bytes, n_bytes, path, value, n);
     loxo_release(ctx, bytes);
     if (status < 0) loxo_failure_set_file(ctx, path);

@@ -8,6 +8,8 @@
 #include "io/formats.h"
 #include "io/gifti.h"
 #include "io/raw.h"
+#include "io/scan.h"
+#include "io/vertices.h"
 
 #include <inttypes.h>
 
@@ -124,7 +126,7 @@ loxo_status loxo_read_gifti(loxo_context *ctx, const uint8_t *bytes, size_t n, c
 {
     surface s = {0};
     *soup = (loxo_soup){0};
-    loxo_status status = loxo_gifti_parse(ctx, bytes, n, name, want_surface, take_surface, &s);
+    loxo_status status = loxo_gifti_parse(ctx, bytes, n, name, want_surface, take_surface, NULL, &s);
     if (status >= 0) status = make_soup(ctx, name, &s, soup);
     release_surface(ctx, &s);
     if (status < 0) {
@@ -176,7 +178,7 @@ loxo_status loxo_read_gifti_field(loxo_context *ctx, const uint8_t *bytes, size_
     loxo_gifti_array field = {0};
     *value = NULL;
     *n = 0;
-    loxo_status status = loxo_gifti_parse(ctx, bytes, n_bytes, name, want_field, take_field, &field);
+    loxo_status status = loxo_gifti_parse(ctx, bytes, n_bytes, name, want_field, take_field, NULL, &field);
     if (status >= 0 && field.line == 0)
         status = loxo_fail_at(ctx, LOXO_ERR_MALFORMED, (loxo_place){.file = name, .byte = -1, .element = -1},
                               "GIFTI without an array of one column of floats");
@@ -189,5 +191,92 @@ loxo_status loxo_read_gifti_field(loxo_context *ctx, const uint8_t *bytes, size_
         widen(&field, *value);
     }
     loxo_release(ctx, field.bytes);
+    return status;
+}
+
+/* ---- regions ------------------------------------------------------------------------------------------------- */
+
+typedef struct region {
+    loxo_gifti_array array;
+    const char *key; /* NULL: what is not zero */
+    double number;   /* of the key */
+    bool is_known;
+} region;
+
+static int want_region(void *user, loxo_context *ctx, const char *name, const loxo_gifti_array *array)
+{
+    region *r = user;
+    (void)ctx, (void)name;
+    if (r->array.line != 0 || (!is_float(array) && array->type != LOXO_GIFTI_INT32) || array->n_columns != 1 ||
+        strcmp(array->intent, "POINTSET") == 0)
+        return 0;
+    r->array = *array;
+    return 1;
+}
+
+static void take_region(void *user, const loxo_gifti_array *array) { ((region *)user)->array = *array; }
+
+/* Blanks around a label's name are the XML's, not its own. */
+static void take_label(void *user, int64_t key, const char *label)
+{
+    region *r = user;
+    size_t n = strlen(label);
+    while (loxo_is_space(*label)) {
+        ++label;
+        --n;
+    }
+    while (n > 0 && loxo_is_space(label[n - 1]))
+        --n;
+    if (r->is_known || r->key == NULL || strlen(r->key) != n || memcmp(r->key, label, n) != 0) return;
+    r->number = (double)key;
+    r->is_known = true;
+}
+
+static double number_of(const loxo_gifti_array *array, int64_t i)
+{
+    if (array->type == LOXO_GIFTI_FLOAT64) return loxo_load_double(array->bytes + 8 * i, array->swap);
+    if (array->type == LOXO_GIFTI_FLOAT32) return (double)loxo_load_float(array->bytes + 4 * i, array->swap);
+    return (double)(int32_t)loxo_load_u32(array->bytes + 4 * i, array->swap);
+}
+
+static loxo_status list_region(loxo_context *ctx, const char *name, const region *r, int64_t n_vertices,
+                               loxo_index **vertex, int64_t *n)
+{
+    const loxo_gifti_array *array = &r->array;
+    const loxo_place place = {.file = name, .line = array->line, .byte = -1, .element = -1};
+    if (array->line == 0)
+        return loxo_fail_at(ctx, LOXO_ERR_MALFORMED, place, "GIFTI without an array of one number a vertex");
+    if (array->n_rows != n_vertices)
+        return loxo_fail_at(ctx, LOXO_ERR_MALFORMED, place,
+                            "DataArray: %" PRId64 " values for %" PRId64 " vertices of the mesh", array->n_rows,
+                            n_vertices);
+    if (r->key != NULL && !r->is_known)
+        return loxo_fail_at(ctx, LOXO_ERR_MALFORMED, (loxo_place){.file = name, .byte = -1, .element = -1},
+                            "there is no label called '%.60s'", r->key);
+    loxo_index *list = loxo_allocate(ctx, n_vertices, sizeof *list);
+    int64_t n_found = 0;
+    if (list == NULL) return LOXO_ERR_MEMORY;
+    for (int64_t v = 0; v < n_vertices; ++v) {
+        const double number = number_of(array, v);
+        if (r->key != NULL ? number == r->number : number < 0.0 || number > 0.0) list[n_found++] = (loxo_index)v;
+    }
+    *vertex = list;
+    *n = n_found;
+    return LOXO_OK;
+}
+
+loxo_status loxo_read_gifti_region(loxo_context *ctx, const uint8_t *bytes, size_t n_bytes, const char *name,
+                                   const char *key, int64_t n_vertices, loxo_index **vertex, int64_t *n)
+{
+    region r = {.key = key};
+    *vertex = NULL;
+    *n = 0;
+    if (key != NULL) {
+        const char *at = key, *end = key + strlen(key);
+        r.is_known = loxo_scan_double(&at, end, &r.number) == LOXO_SCAN_OK && at == end;
+    }
+    loxo_status status = loxo_gifti_parse(ctx, bytes, n_bytes, name, want_region, take_region, take_label, &r);
+    if (status >= 0) status = list_region(ctx, name, &r, n_vertices, vertex, n);
+    loxo_release(ctx, r.array.bytes);
     return status;
 }

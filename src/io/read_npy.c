@@ -14,6 +14,7 @@ typedef struct header {
     int n_dimensions;
     int64_t dimension[2]; /* of more, the product stands in the second */
     bool has_descr, has_order, has_shape;
+    bool is_fortran;
 } header;
 
 static loxo_status fail(loxo_context *ctx, const char *name, int64_t byte, loxo_status status, const char *text)
@@ -118,7 +119,8 @@ static loxo_status parse_dictionary(loxo_context *ctx, const char *name, header 
             is_good = !npy->has_descr && take_type(npy);
             npy->has_descr = true;
         } else if (n == 13 && memcmp(key, "fortran_order", n) == 0) {
-            is_good = !npy->has_order && (take_word(npy, "True") || take_word(npy, "False"));
+            npy->is_fortran = take_word(npy, "True");
+            is_good = !npy->has_order && (npy->is_fortran || take_word(npy, "False"));
             npy->has_order = true;
         } else if (n == 5 && memcmp(key, "shape", n) == 0) {
             is_good = !npy->has_shape && take_shape(npy);
@@ -198,21 +200,23 @@ static loxo_status find_dictionary(loxo_context *ctx, const char *name, const ui
     return LOXO_OK;
 }
 
-loxo_status loxo_read_npy(loxo_context *ctx, const uint8_t *bytes, size_t n_bytes, const char *name, double **value,
-                          int64_t *n)
+/* Rows of so many columns: [*n_rows][n_columns]. */
+static loxo_status read_rows(loxo_context *ctx, const uint8_t *bytes, size_t n_bytes, const char *name,
+                             int64_t n_columns, double **value, int64_t *n_rows)
 {
     header npy = {0};
     size_t data = 0;
-    int64_t n_wanted;
+    int64_t n_wanted, n_numbers = 0;
     loxo_status status = find_dictionary(ctx, name, bytes, n_bytes, &npy, &data);
     if (status >= 0) status = parse_dictionary(ctx, name, &npy);
     if (status < 0) return status;
     if (!is_known_type(&npy))
         return fail(ctx, name, 10, LOXO_ERR_UNSUPPORTED, "neither integers nor floats of 2, 4, 8 bytes");
-    if (npy.n_dimensions == 0 || npy.dimension[1] != 1)
-        return fail(ctx, name, 10, LOXO_ERR_UNSUPPORTED, "not of one dimension");
-    const int64_t n_numbers = npy.dimension[0], n_left = (int64_t)(n_bytes - data);
-    if (__builtin_mul_overflow(n_numbers, (int64_t)npy.width, &n_wanted) || n_wanted > n_left)
+    if (npy.n_dimensions == 0 || npy.dimension[1] != n_columns)
+        return fail(ctx, name, 10, LOXO_ERR_UNSUPPORTED, n_columns == 1 ? "not of one dimension" : "not of 3 columns");
+    const int64_t n_left = (int64_t)(n_bytes - data);
+    if (__builtin_mul_overflow(npy.dimension[0], n_columns, &n_numbers) ||
+        __builtin_mul_overflow(n_numbers, (int64_t)npy.width, &n_wanted) || n_wanted > n_left)
         return loxo_fail_at(
             ctx, LOXO_ERR_MALFORMED, (loxo_place){.file = name, .byte = (int64_t)n_bytes, .element = -1},
             ".npy: %" PRId64 " numbers are announced, the file holds %" PRId64, n_numbers, n_left / npy.width);
@@ -222,9 +226,24 @@ loxo_status loxo_read_npy(loxo_context *ctx, const uint8_t *bytes, size_t n_byte
     double *out = loxo_allocate(ctx, n_numbers, sizeof *out);
     if (out == NULL) return LOXO_ERR_MEMORY;
     const bool swap = npy.is_big != LOXO_HOST_IS_BIG;
-    for (int64_t i = 0; i < n_numbers; ++i)
-        out[i] = load_number(&npy, bytes + data + i * npy.width, swap);
+    for (int64_t i = 0; i < n_numbers; ++i) {
+        const int64_t row = i / n_columns, column = i % n_columns;
+        const int64_t at = npy.is_fortran ? column * npy.dimension[0] + row : i;
+        out[i] = load_number(&npy, bytes + data + at * npy.width, swap);
+    }
     *value = out;
-    *n = n_numbers;
+    *n_rows = npy.dimension[0];
     return LOXO_OK;
+}
+
+loxo_status loxo_read_npy(loxo_context *ctx, const uint8_t *bytes, size_t n_bytes, const char *name, double **value,
+                          int64_t *n)
+{
+    return read_rows(ctx, bytes, n_bytes, name, 1, value, n);
+}
+
+loxo_status loxo_read_npy_points(loxo_context *ctx, const uint8_t *bytes, size_t n_bytes, const char *name,
+                                 double **position, int64_t *n)
+{
+    return read_rows(ctx, bytes, n_bytes, name, 3, position, n);
 }

@@ -269,3 +269,19 @@ loxo_status loxo_source_inflate(loxo_context *ctx, const uint8_t *packed, size_t
 }
 
 #endif
+
+loxo_status loxo_source_whole(loxo_context *ctx, const char *path, uint8_t **bytes, size_t *n)
+{
+    loxo_source source;
+    loxo_status status = loxo_source_open(ctx, path, &source);
+    *bytes = NULL;
+    *n = 0;
+    if (status >= 0) status = loxo_source_read(ctx, &source, 0, bytes, n);
+    loxo_source_close(ctx, &source);
+    if (status < 0 || !loxo_is_gzip(*bytes, *n)) return status;
+    uint8_t *packed = *bytes;
+    *bytes = NULL;
+    status = loxo_source_inflate(ctx, packed, *n, false, path, 0, bytes, n);
+    loxo_release(ctx, packed);
+    return status;
+}

@@ -37,6 +37,9 @@ loxo_status loxo_source_read(loxo_context *ctx, loxo_source *source, size_t max_
 loxo_status loxo_source_inflate(loxo_context *ctx, const uint8_t *packed, size_t n_packed, bool is_zlib,
                                 const char *name, size_t max_bytes, uint8_t **bytes, size_t *n);
 
+/* All of a file or stream, unpacked where it is gzip. */
+loxo_status loxo_source_whole(loxo_context *ctx, const char *path, uint8_t **bytes, size_t *n);
+
 static inline bool loxo_is_gzip(const uint8_t *bytes, size_t n)
 {
     return n >= 2 && bytes[0] == 0x1f && bytes[1] == 0x8b;

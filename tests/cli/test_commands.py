@@ -254,6 +254,15 @@ def geodesic_sources_in_all_ways():
     assert all(r == results[0] for r in results)
     r = loxo("geodesic", "o.ply", "--source-point", "0,0,1.5", "-o", "d.npy").is_code(0)
     r.has_err(r"^nearest +vertex 4 to 0,0,1\.5, 0\.5 away$")
+    r = loxo("geodesic", "o.ply", "--source-point", "1,1,1", "-o", "d.npy", "--json", "-").is_code(0)
+    assert len(r.json["sources"][0]["vertex"]) > 1 and abs(sum(r.json["sources"][0]["weight"]) - 1) < 1e-12, r.json
+    assert abs(r.json["source_points"][0]["away"] - 2 / math.sqrt(3)) < 1e-12
+    write("p.csv", "x,y,z\n0,0,1.5\n0,0,-1\n")
+    r = loxo("geodesic", "o.ply", "--source-points", "p.csv", "-o", "d.npy", "--json", "-")
+    assert r.json["sources"] == [4, 5] and read("d.npy") == results[0]
+    write("poles.label", "#!ascii label\n2\n4 0 0 1 0\n5 0 0 -1 0\n")
+    loxo("geodesic", "o.ply", "--sources", "poles.label", "-o", "d.npy").is_code(0)
+    assert read("d.npy") == results[0]
     r = loxo("geodesic", "o.ply", "--sources", "-", "-o", "d.npy", "--json", "-", stdin=b"4 5")
     assert r.json["sources"] == [4, 5]
 

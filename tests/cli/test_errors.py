@@ -95,11 +95,17 @@ def code_4_from_standard_input():
 def code_4_sources_file():
     mesh = tetrahedron()
     write("s.txt", "# first line\n0, 1\n\n2x\n")
-    loxo("geodesic", mesh, "--sources", "s.txt", "-o", "d.npy").fails(4, r"^s\.txt:4: error: source '2x' is not")
+    loxo("geodesic", mesh, "--sources", "s.txt", "-o", "d.npy").fails(4, r"^s\.txt:4: error: '2x' is not")
     write("s.txt", "0\n4\n")
-    loxo("geodesic", mesh, "--sources", "s.txt", "-o", "d.npy").fails(2, r"^s\.txt:2: error: source 4 is not in 0\.\.3")
+    loxo("geodesic", mesh, "--sources", "s.txt", "-o", "d.npy").fails(2, r"^s\.txt:2: error: '4' is not in 0\.\.3")
     write("s.txt", "# nothing\n\n")
-    loxo("geodesic", mesh, "--sources", "s.txt", "-o", "d.npy").fails(4, "no source in it")
+    loxo("geodesic", mesh, "--sources", "s.txt", "-o", "d.npy").fails(4, "no vertex in it")
+    write("a.label", "#!ascii label\n1\n-1 0 0 0 0\n")
+    loxo("geodesic", mesh, "--sources", "a.label", "-o", "d.npy").fails(5, r"^a\.label:3: error: an entry with vertex -1")
+    write("a.label", "#!ascii label\n2\n1 0 0 0 0\n")
+    loxo("geodesic", mesh, "--sources", "a.label", "-o", "d.npy").fails(4, r"^a\.label: error: 2 entries announced, 1 found")
+    write("p.csv", "0,0\n")
+    loxo("geodesic", mesh, "--source-points", "p.csv", "-o", "d.npy").fails(4, r"^p\.csv:1: error: point 0: 2 values")
     assert "d.npy" not in files()
 
 
