@@ -86,4 +86,25 @@ static inline void k_face_corners(const loxo_mesh_view *m, int64_t f, loxo_vec3 
         corner[k] = k_position(m, m->halfedge_vertex[3 * f + k]);
 }
 
+/* The face of half-edge h with h at the bottom, and the lengths of h, of the next and of the previous half-edge. From
+ * positions, where there are any: a height is then known to a rounding error of the edges, by lengths alone only to one of
+ * the height's square over the edges. */
+static inline k_layout k_layout_at(const loxo_mesh_view *m, loxo_index h, double length[3])
+{
+    const loxo_index next = k_next(h), previous = k_previous(h);
+    if (m->halfedge_length != NULL) {
+        length[0] = m->halfedge_length[h];
+        length[1] = m->halfedge_length[next];
+        length[2] = m->halfedge_length[previous];
+        return k_layout_of(length);
+    }
+    const loxo_vec3 a = k_position(m, m->halfedge_vertex[h]), b = k_position(m, m->halfedge_vertex[next]);
+    const loxo_vec3 c = k_position(m, m->halfedge_vertex[previous]), ab = v3_sub(b, a), ac = v3_sub(c, a);
+    length[0] = v3_norm(ab);
+    length[1] = v3_norm(v3_sub(c, b));
+    length[2] = v3_norm(ac);
+    if (!(length[0] > 0.0)) return (k_layout){0.0, length[2], 0.0};
+    return (k_layout){length[0], v3_dot(ab, ac) / length[0], v3_norm(v3_cross(ab, ac)) / length[0]};
+}
+
 #endif

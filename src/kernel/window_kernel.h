@@ -57,7 +57,7 @@ static inline void k_window_cut_end(k_window *w, double length, double bound)
 static inline double k_window_meet(double x, double source_x, double source_y, double ux, double uy, double length)
 {
     const double across = source_y * ux - (x - source_x) * uy, along = x * source_y;
-    if (!(across > 0.0)) return along > 0.0 ? length : 0.0;
+    if (!(along > 0.0)) return 0.0;
     return along < length * across ? along / across : length;
 }
 

@@ -129,19 +129,6 @@ static inline exact_entry exact_entry_of_vertex(const exact_state *s, loxo_index
     return (exact_entry){(float)(s->distance[vertex] * s->key_scale), (uint32_t)(3 * s->m.n_faces) + (uint32_t)vertex};
 }
 
-/* The face of h unfolded above h. */
-static inline k_layout exact_layout(const loxo_mesh_view *m, loxo_index h, double length[3])
-{
-    double given[3];
-    const int64_t f = k_face_of(h);
-    const int corner = (int)(h - 3 * f);
-    k_face_lengths(m, f, given);
-    length[0] = given[corner];
-    length[1] = given[corner == 2 ? 0 : corner + 1];
-    length[2] = given[corner == 0 ? 2 : corner - 1];
-    return k_layout_of(length);
-}
-
 /* A bound with its slack for windows on an edge of that length. */
 static inline double exact_bound(double distance, double length)
 {

@@ -112,7 +112,7 @@ loxo_status exact_pass_on(exact_state *s, loxo_index h)
     const loxo_index next = k_next(h), previous = k_previous(h);
     const loxo_index a = m->halfedge_vertex[h], b = m->halfedge_vertex[next], c = m->halfedge_vertex[previous];
     double length[3];
-    const k_layout face = exact_layout(m, h, length);
+    const k_layout face = k_layout_at(m, h, length);
     const double x2 = face.x2, y2 = face.y2;
     int64_t n = 0;
     loxo_status status =
@@ -120,7 +120,7 @@ loxo_status exact_pass_on(exact_state *s, loxo_index h)
     if (status < 0) return status;
     if (n > 1) {
         double below[3];
-        const k_layout crossed = exact_layout(m, m->halfedge_twin[h], below);
+        const k_layout crossed = k_layout_at(m, m->halfedge_twin[h], below);
         n = exact_prune(s->work, n, length[0], length[0] - crossed.x2, crossed.y2);
     }
     s->n_windows += n;
@@ -173,6 +173,19 @@ loxo_status exact_pass_on(exact_state *s, loxo_index h)
         if (is_through && e.way > apex_bound) {
             split_left = least(split_left, through);
             split_right = most(split_right, through);
+        }
+        if (!(e.w.y + y2 > 0.0)) {
+            /* The source lies on the base and the face is flat: it lies on one of the sides as well. */
+            if (!(e.w.begin <= e.w.x && e.w.x <= e.w.end)) continue;
+            k_window w = {.x = e.w.x, .end = length[2], .offset = e.w.offset};
+            if (e.w.x < x2) {
+                if (left.target >= 0 && (status = arrive(s, &left, &w, e.origin)) < 0) return status;
+            } else {
+                w.x = length[1] - (length[0] - e.w.x);
+                w.end = length[1];
+                if (right.target >= 0 && (status = arrive(s, &right, &w, e.origin)) < 0) return status;
+            }
+            continue;
         }
         if (left.target >= 0 && e.w.begin < split_left) {
             const double end = least(e.w.end, split_left);

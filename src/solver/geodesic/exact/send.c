@@ -39,7 +39,7 @@ uint8_t exact_look_at(const exact_state *s, loxo_index vertex)
     bool is_flat_somewhere = false;
     do {
         double length[3];
-        const k_layout face = exact_layout(m, h, length);
+        const k_layout face = k_layout_at(m, h, length);
         const bool was_below = sum.im < 0.0;
         is_flat_somewhere |= is_flat(&face, length);
         sum = turn_by(sum, (turn){face.x2, face.y2});
@@ -70,6 +70,7 @@ static loxo_status send_across(exact_state *s, loxo_index h, const k_layout *fac
     k_window w = {.begin = base - end, .end = base - begin, .x = base - foot, .offset = distance};
     w.y = length[0] * (face->y2 / base);
     if (w.begin < 0.0) w.begin = 0.0;
+    if (w.end > base) w.end = base;
     if (!(w.begin < w.end)) return LOXO_OK;
     return exact_add(s, target, &w, vertex, s->distance[p] < s->distance[q] ? s->distance[p] : s->distance[q]);
 }
@@ -81,7 +82,7 @@ static loxo_status send_around(exact_state *s, loxo_index vertex)
     loxo_status status;
     do {
         double length[3];
-        const k_layout face = exact_layout(&s->m, h, length);
+        const k_layout face = k_layout_at(&s->m, h, length);
         status = send_across(s, h, &face, length, 0.0, length[1]);
         h = s->m.halfedge_twin[k_previous(h)];
     } while (status >= 0 && h >= 0 && h != first);
@@ -115,7 +116,7 @@ static shadow_end turn_left(const exact_state *s, loxo_index incoming, turn angl
         end.h = s->m.halfedge_twin[k_previous(end.h)];
         end.n_steps += 1;
         if (end.h < 0 || end.h == incoming) return (shadow_end){.h = -1};
-        const k_layout face = exact_layout(&s->m, end.h, length);
+        const k_layout face = k_layout_at(&s->m, end.h, length);
         const turn next = turn_by(angle, (turn){face.x2, face.y2});
         if (next.im < 0.0) {
             const turn rest = conjugate(angle); /* and half a turn */
@@ -137,7 +138,7 @@ static shadow_end turn_right(const exact_state *s, loxo_index incoming, turn ang
         end.h = twin < 0 ? -1 : k_next(twin);
         end.n_steps += 1;
         if (end.h < 0 || end.h == incoming) return (shadow_end){.h = -1};
-        const k_layout face = exact_layout(&s->m, end.h, length);
+        const k_layout face = k_layout_at(&s->m, end.h, length);
         const turn corner = {face.x2, face.y2}, next = turn_by(angle, corner);
         if (next.im < 0.0) {
             end.at = meet_opposite(&face, length, turn_by(corner, (turn){-angle.re, -angle.im}));
@@ -158,7 +159,7 @@ loxo_status exact_send_from_vertex(exact_state *s, loxo_index vertex)
     if ((s->known[vertex] & EXACT_ALL_ROUND) || reach.via < 0 || reach.at < 0.0) return send_around(s, vertex);
 
     const loxo_index incoming = k_previous(reach.via); /* starts at the vertex */
-    k_layout face = exact_layout(m, incoming, length);
+    k_layout face = k_layout_at(m, incoming, length);
     const double share = length[1] > 0.0 ? reach.at / length[1] : 0.0;
     const turn ray = {length[0] + share * (face.x2 - length[0]), share * face.y2};
     if (!(fabs(ray.re) + fabs(ray.im) > LEAST_HEIGHT * (length[0] + length[1]))) return send_around(s, vertex);
@@ -169,12 +170,12 @@ loxo_status exact_send_from_vertex(exact_state *s, loxo_index vertex)
     loxo_status status = LOXO_OK;
     if (is_boundary) {
         for (loxo_index h = left.h; h >= 0 && status >= 0; h = m->halfedge_twin[k_previous(h)]) {
-            face = exact_layout(m, h, length);
+            face = k_layout_at(m, h, length);
             status = send_across(s, h, &face, length, h == left.h ? left.at : 0.0, length[1]);
         }
         for (loxo_index h = right.h; h >= 0 && status >= 0;) {
             const loxo_index twin = m->halfedge_twin[h];
-            face = exact_layout(m, h, length);
+            face = k_layout_at(m, h, length);
             status = send_across(s, h, &face, length, 0.0, h == right.h ? right.at : length[1]);
             h = twin < 0 ? -1 : k_next(twin);
         }
@@ -188,7 +189,7 @@ loxo_status exact_send_from_vertex(exact_state *s, loxo_index vertex)
         n_faces += 1;
     if (left.n_steps > n_faces - right.n_steps) return LOXO_OK;
     for (loxo_index h = left.h; status >= 0; h = m->halfedge_twin[k_previous(h)]) {
-        face = exact_layout(m, h, length);
+        face = k_layout_at(m, h, length);
         status = send_across(s, h, &face, length, h == left.h ? left.at : 0.0, h == right.h ? right.at : length[1]);
         if (h == right.h) break;
     }
@@ -217,7 +218,7 @@ loxo_status exact_send_from_seed(exact_state *s, int64_t seed)
     for (int k = 0; k < 3 && status >= 0; ++k) {
         const loxo_index h = (loxo_index)(3 * (int64_t)from->face + k), target = m->halfedge_twin[h];
         double length[3];
-        const k_layout face = exact_layout(m, h, length);
+        const k_layout face = k_layout_at(m, h, length);
         const double along = from->weight[(k + 1) % 3], across = from->weight[(k + 2) % 3];
         const double px = along * length[0] + across * face.x2, py = across * face.y2,
                      distance = sqrt(px * px + py * py);
