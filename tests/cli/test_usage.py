@@ -101,7 +101,7 @@ def settings_for_machines():
 def version():
     assert re.fullmatch(r"loxo \d+\.\d+\.\d+\n", loxo("--version").is_code(0).out)
     r = loxo("--version", "--verbose").is_code(0)
-    for feature in ("hwloc", "metis", "openblas", "expat", "zlib", "libpng"):
+    for feature in ("hwloc", "metis", "openblas", "cholmod", "expat", "zlib", "libpng"):
         r.has_out(rf"^{feature}\b")
     r.has_out(r"^ids (16|32) bits, kernels (baseline|avx2|avx512), threads \d+$")
     r.has_out(r"^machine \(")

@@ -130,6 +130,99 @@ TEST(every_number_of_threads_gives_the_same_bits)
     }
 }
 
+/* Shortest ways do not depend on how a surface is cut into triangles: exact distances agree but for rounding, from
+ * vertices and from points inside faces. */
+TEST(exact_distances_are_those_of_the_surface)
+{
+    for (int i = 0; i < 6; ++i) {
+        loxo_soup soup = i == 0   ? generate(test_context, LOXO_SHAPE_NOISY, 1000, 0.5, 1.0)
+                         : i == 1 ? generate(test_context, LOXO_SHAPE_NOISY, 600, 0.4, 10.0)
+                         : i == 2 ? generate(test_context, LOXO_SHAPE_DISK, 800, (double)NAN, 10.0)
+                         : i == 3 ? shape_torus(test_context, 40, 9)
+                         : i == 4 ? shape_annulus(test_context, 40, 3)
+                                  : generate(test_context, LOXO_SHAPE_CYLINDER, 120, 0.05, 1.0);
+        const loxo_geodesic_settings settings = settings_of(LOXO_GEODESIC_EXACT, false);
+        const loxo_index *t = &soup.triangle[3 * 17];
+        const loxo_surface_point points[3] = {{{t[0], t[1], t[2]}, {0.2, 0.5, 0.3}},
+                                              {{t[3], t[4], -1}, {0.75, 0.25, 0.0}},
+                                              {{t[8], -1, -1}, {1.0, 0.0, 0.0}}};
+        loxo_mesh *surface = mesh_of(test_context, &soup), *mesh = intrinsic_of(test_context, surface);
+        const int64_t n = loxo_mesh_n_vertices(surface);
+        double *distance[2] = {calloc((size_t)n, sizeof(double)), calloc((size_t)n, sizeof(double))};
+        for (int64_t n_points = 0; n_points < 4; ++n_points) {
+            loxo_geodesic_info info = {0};
+            for (int k = 0; k < 2; ++k) {
+                loxo_geodesic *g = NULL;
+                const loxo_index source = 5;
+                CHECK_OK(loxo_geodesic_create(test_context, k == 0 ? surface : mesh, &settings, &g));
+                if (n_points == 0)
+                    CHECK_OK(loxo_geodesic_solve(g, &source, 1, distance[k], &info));
+                else
+                    CHECK_OK(loxo_geodesic_solve_points(g, points, n_points, distance[k], &info));
+                loxo_geodesic_destroy(g);
+            }
+            for (int64_t v = 0; v < n; ++v)
+                CHECK_NEAR(distance[0][v], distance[1][v], 1e-10 * info.distance_max);
+        }
+        free(distance[0]);
+        free(distance[1]);
+        loxo_mesh_destroy(mesh);
+        loxo_mesh_destroy(surface);
+    }
+}
+
+TEST(a_limited_solve_has_the_bits_of_the_whole)
+{
+    NEEDS_IDS(250000);
+    for (int i = 0; i < 4; ++i) {
+        loxo_soup soup = generate(test_context, LOXO_SHAPE_NOISY, 40000, 0.5, 5.0);
+        const loxo_index *t = &soup.triangle[3 * 1234];
+        const loxo_surface_point point = {{t[0], t[1], t[2]}, {0.2, 0.5, 0.3}};
+        const loxo_index source = t[0];
+        loxo_mesh *surface = mesh_of(test_context, &soup), *mesh = intrinsic_of(test_context, surface);
+        const int64_t n = loxo_mesh_n_vertices(surface);
+        loxo_geodesic_settings settings = settings_of(methods[i % 2], false);
+        double *distance[2] = {calloc((size_t)n, sizeof(double)), calloc((size_t)n, sizeof(double))};
+        int64_t n_inside = 0;
+        for (int k = 0; k < 2; ++k) {
+            loxo_geodesic *g = NULL;
+            settings.max_distance = k == 0 ? HUGE_VAL : 0.3;
+            CHECK_OK(loxo_geodesic_create(test_context, mesh, &settings, &g));
+            if (i < 2)
+                CHECK(loxo_geodesic_solve(g, &source, 1, distance[k], NULL) >= 0);
+            else
+                CHECK(loxo_geodesic_solve_points(g, &point, 1, distance[k], NULL) >= 0);
+            loxo_geodesic_destroy(g);
+        }
+        for (int64_t v = 0; v < n; ++v) {
+            n_inside += distance[0][v] <= 0.3;
+            CHECK_EQUAL(distance[1][v], distance[0][v] <= 0.3 ? distance[0][v] : HUGE_VAL);
+        }
+        CHECK(n_inside > 50 && n_inside < n / 4);
+        free(distance[0]);
+        free(distance[1]);
+        loxo_mesh_destroy(mesh);
+        loxo_mesh_destroy(surface);
+    }
+}
+
+TEST(points_need_the_way_back)
+{
+    loxo_soup soup = shape_torus(test_context, 20, 9);
+    const loxo_surface_point point = {{soup.triangle[0], soup.triangle[1], soup.triangle[2]}, {0.2, 0.5, 0.3}};
+    loxo_mesh *surface = mesh_of(test_context, &soup), *mesh = NULL;
+    loxo_intrinsic_settings settings = loxo_intrinsic_settings_default();
+    loxo_geodesic *g = NULL;
+    double distance[180];
+    settings.traceable = false;
+    CHECK_OK(loxo_mesh_create_intrinsic(test_context, surface, &settings, NULL, &mesh));
+    CHECK_OK(loxo_geodesic_create(test_context, mesh, NULL, &g));
+    CHECK_STATUS(test_context, loxo_geodesic_solve_points(g, &point, 1, distance, NULL), LOXO_ERR_ARGUMENT);
+    loxo_geodesic_destroy(g);
+    loxo_mesh_destroy(mesh);
+    loxo_mesh_destroy(surface);
+}
+
 static double worst_in_plane(const double *distance, const loxo_mesh *mesh, loxo_index source, double *mean)
 {
     const loxo_mesh_view m = loxo_mesh_get_view(mesh);

@@ -2,6 +2,7 @@
  * From the caller's sources to seeds: in the mesh's numbers, sorted, each once. */
 #include "base/allocate.h"
 #include "kernel/vec3.h"
+#include "mesh/intrinsic/overlay.h"
 #include "solver/geodesic/geodesic_internal.h"
 
 #include <inttypes.h>
@@ -102,13 +103,26 @@ static bool is_lower(const loxo_mesh_view *m, loxo_index h)
     return m->halfedge_twin[h] < 0 || m->halfedge_twin[h] > h;
 }
 
+/* Sources are points of the surface; on an intrinsic triangulation they lie in faces of other corners. */
+static geodesic_seed on_mesh(const loxo_mesh *mesh, geodesic_seed seed)
+{
+    loxo_face_point p = {seed.face, {seed.weight[0], seed.weight[1], seed.weight[2]}};
+    if (mesh->surface == NULL) return seed;
+    p = loxo_to_intrinsic(mesh, &p);
+    seed.face = p.face;
+    for (int k = 0; k < 3; ++k)
+        seed.weight[k] = p.weight[k];
+    return seed;
+}
+
 /* A point inside the edge from own[0] to own[1] or inside the face of own[0..2]: one seed for each such edge, in the face
  * of its lower half-edge, or for each such face. A cut surface may have several, one without a repair at most one; none:
  * nothing is appended. */
 static loxo_status append_inside(seed_list *list, int n_corners, const loxo_index *own, const double *weight,
                                  loxo_index source)
 {
-    const loxo_mesh_view *m = &list->problem->m;
+    const loxo_mesh *mesh = list->problem->mesh;
+    const loxo_mesh_view *m = mesh->surface != NULL ? &mesh->surface->view : &list->problem->m;
     int64_t n;
     const loxo_index *copy = copies_of(list, own, &n);
     for (int64_t i = 0; i < n; ++i) {
@@ -132,7 +146,7 @@ static loxo_status append_inside(seed_list *list, int n_corners, const loxo_inde
                 is_there = true;
                 seed.weight[before % 3] = weight[1];
             }
-            const loxo_status status = is_there ? append(list, seed) : LOXO_OK;
+            const loxo_status status = is_there ? append(list, on_mesh(mesh, seed)) : LOXO_OK;
             if (status < 0) return status;
         }
     }
@@ -261,6 +275,9 @@ static loxo_status append_point(seed_list *list, const loxo_surface_point *point
         return fail_at(list->problem, LOXO_ERR_ARGUMENT, i,
                        "weights that are negative, not finite, or do not add up to 1, of point", i);
     if (n == 1) return append_vertex(list, corner, (loxo_index)i);
+    if (list->problem->mesh->surface != NULL && !loxo_is_traceable(list->problem->mesh))
+        return fail_at(list->problem, LOXO_ERR_ARGUMENT, i,
+                       "the intrinsic triangulation is not traceable: no way to point", i);
     const loxo_status status = append_inside(list, n, corner, weight, (loxo_index)i);
     if (status < 0 || list->n > before) return status;
     return fail_at(list->problem, LOXO_ERR_ARGUMENT, i, "no face has all vertices of point", i);

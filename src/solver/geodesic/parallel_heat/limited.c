@@ -17,6 +17,7 @@
 #include "base/allocate.h"
 #include "base/os.h"
 #include "kernel/layout_kernel.h"
+#include "mesh/intrinsic/overlay.h"
 #include "solver/geodesic/parallel_heat/parallel_heat_internal.h"
 
 #include <math.h>
@@ -44,12 +45,18 @@ typedef struct region {
     bool is_whole;       /* there is nothing beyond */
 } region;
 
-static loxo_vec3 position_of_seed(const loxo_mesh_view *m, const geodesic_seed *seed)
+static loxo_vec3 position_of_seed(const loxo_mesh *mesh, const geodesic_seed *seed)
 {
+    loxo_face_point p = {seed->face, {seed->weight[0], seed->weight[1], seed->weight[2]}};
+    const loxo_mesh_view *m = &mesh->view;
     loxo_vec3 sum = {0.0, 0.0, 0.0};
+    if (mesh->surface != NULL && seed->vertex < 0) { /* an intrinsic face is no triangle in space */
+        p = loxo_to_surface(mesh, &p);
+        m = &mesh->surface->view;
+    }
     for (int k = 0; k < 3; ++k)
-        if (seed->weight[k] > 0.0)
-            sum = v3_axpy(sum, seed->weight[k], k_position(m, m->halfedge_vertex[(int64_t)3 * seed->face + k]));
+        if (p.weight[k] > 0.0)
+            sum = v3_axpy(sum, p.weight[k], k_position(m, m->halfedge_vertex[(int64_t)3 * p.face + k]));
     return sum;
 }
 
@@ -58,7 +65,7 @@ static straight straight_from(const parallel_heat *g, const geodesic_seed *seeds
     straight s = {.n = n_seeds <= FEW_SEEDS ? n_seeds : 0};
     s.limit = LARGER * g->problem->settings.max_distance + LARGER_EDGES * g->mean_edge_length;
     for (int64_t i = 0; i < n_seeds; ++i) {
-        const loxo_vec3 x = position_of_seed(&g->m, &seeds[i]);
+        const loxo_vec3 x = position_of_seed(g->mesh, &seeds[i]);
         if (n_seeds <= FEW_SEEDS) s.seed[i] = x;
         s.least = i == 0 ? x : (loxo_vec3){fmin(s.least.x, x.x), fmin(s.least.y, x.y), fmin(s.least.z, x.z)};
         s.most = i == 0 ? x : (loxo_vec3){fmax(s.most.x, x.x), fmax(s.most.y, x.y), fmax(s.most.z, x.z)};
@@ -182,18 +189,22 @@ typedef struct small_mesh {
     double *distance;       /* [n_vertices] */
     loxo_index *face_begin; /* [n_vertices + 1] faces whose least vertex it is */
     loxo_index *face;       /* [n_faces] in the whole mesh */
-    double (*position)[3];
+    double (*position)[3];  /* one of the three, as the whole mesh has it */
     float (*position_float)[3];
+    double *halfedge_length;
     loxo_index *halfedge_vertex, *halfedge_twin;
     int64_t n_faces, n_entries;
 } small_mesh;
 
-/* Whether all corners of face f are in the region, and v is the least of them. */
-static bool is_owned(const parallel_heat *g, int64_t f, int64_t v)
+/* Whether all corners of the face of h are in the region, and v is the least of them, h the first half-edge that starts
+ * there. */
+static bool is_owned(const parallel_heat *g, loxo_index h, int64_t v)
 {
-    const loxo_index *corner = &g->m.halfedge_vertex[3 * f];
-    for (int k = 0; k < 3; ++k)
+    const loxo_index *corner = &g->m.halfedge_vertex[h - h % 3];
+    for (int k = 0; k < 3; ++k) {
         if (g->rank[corner[k]] < v) return false; /* -1: outside */
+        if (k < h % 3 && g->rank[corner[k]] == v) return false;
+    }
     return true;
 }
 
@@ -203,7 +214,7 @@ static int64_t owned_faces(const parallel_heat *g, const loxo_index *vertex, int
     const loxo_index start = g->m.vertex_halfedge[vertex[i]];
     int64_t n = 0;
     for (loxo_index h = start; h >= 0;) {
-        if (is_owned(g, h / 3, i)) {
+        if (is_owned(g, h, i)) {
             if (list != NULL) list[n] = (loxo_index)(h / 3);
             ++n;
         }
@@ -236,7 +247,9 @@ static void lay_out_small(const parallel_heat *g, int64_t n, small_mesh *small, 
     small->face = loxo_arena_take(a, small->n_faces, sizeof *small->face);
     small->halfedge_vertex = loxo_arena_take(a, 3 * small->n_faces, sizeof *small->halfedge_vertex);
     small->halfedge_twin = loxo_arena_take(a, 3 * small->n_faces, sizeof *small->halfedge_twin);
-    if (g->m.position != NULL)
+    if (g->m.halfedge_length != NULL)
+        small->halfedge_length = loxo_arena_take(a, 3 * small->n_faces, sizeof *small->halfedge_length);
+    else if (g->m.position != NULL)
         small->position = loxo_arena_take(a, n, sizeof *small->position);
     else
         small->position_float = loxo_arena_take(a, n, sizeof *small->position_float);
@@ -251,6 +264,7 @@ static void fill_faces(const parallel_heat *g, small_mesh *small)
             const loxo_index t = g->m.halfedge_twin[h], other = t >= 0 ? local_face(g, small, t / 3) : -1;
             small->halfedge_vertex[3 * j + k] = g->rank[g->m.halfedge_vertex[h]];
             small->halfedge_twin[3 * j + k] = other >= 0 ? (loxo_index)(3 * other + t % 3) : -1;
+            if (small->halfedge_length != NULL) small->halfedge_length[3 * j + k] = g->m.halfedge_length[h];
         }
 }
 
@@ -259,9 +273,9 @@ static void fill_vertices(const parallel_heat *g, int64_t n, small_mesh *small, 
     uint32_t n_entries = 0;
     for (int64_t i = 0; i < n; ++i) {
         const loxo_index v = small->vertex[i];
-        if (g->m.position != NULL)
+        if (small->position != NULL)
             memcpy(small->position[i], g->m.position[v], sizeof small->position[i]);
-        else
+        else if (small->position_float != NULL)
             memcpy(small->position_float[i], g->m.position_float[v], sizeof small->position_float[i]);
         sub->fan[i] = (k_fan){n_entries, g->fan[v].area};
         for (uint32_t k = g->fan[v].begin; k < g->fan[v + 1].begin; ++k) {
@@ -317,6 +331,7 @@ static bool make_small(parallel_heat *g, int64_t n, small_mesh *small, parallel_
     fill_vertices(g, n, small, sub);
     sub->m.position = (const double(*)[3])small->position;
     sub->m.position_float = (const float(*)[3])small->position_float;
+    sub->m.halfedge_length = small->halfedge_length;
     sub->m.halfedge_vertex = small->halfedge_vertex;
     sub->m.halfedge_twin = small->halfedge_twin;
     return true;

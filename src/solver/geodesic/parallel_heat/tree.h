@@ -15,21 +15,25 @@ static inline bool heat_comes_first(const double *length, loxo_index a, loxo_ind
 }
 
 /* Of several edges of an intrinsic triangulation between the same two vertices the shortest is the tree's, of equally long
- * ones that of the lowest half-edge. h is compared with the others at v; like h they are those that lead to v, or the only ones of
- * their edges. */
+ * ones that of the lowest half-edge. h is compared with the others at v; like h they are those that lead to v, or the only
+ * ones of their edges. Turning begins at h: the first half-edge at v is not known in a part of a mesh. */
 static inline bool heat_is_shortest(const loxo_mesh_view *m, loxo_index h, loxo_index v)
 {
-    const loxo_index from = m->halfedge_vertex[h] == v ? k_head(m, h) : m->halfedge_vertex[h];
-    const loxo_index first = m->vertex_halfedge[v];
+    const loxo_index *twin = m->halfedge_twin, *start = m->halfedge_vertex;
+    const loxo_index from = start[h] == v ? k_head(m, h) : start[h], first = start[h] == v ? h : k_next(h);
     loxo_index leaving = first;
-    do {
-        const loxo_index back = k_previous(leaving), twin = m->halfedge_twin[leaving];
-        if (k_head(m, leaving) == from && heat_comes_first(m->halfedge_length, twin >= 0 ? twin : leaving, h))
-            return false;
-        leaving = m->halfedge_twin[back];
-        if (leaving < 0 && m->halfedge_vertex[back] == from && heat_comes_first(m->halfedge_length, back, h))
-            return false;
+    do { /* counter-clockwise */
+        const loxo_index back = k_previous(leaving), arriving = twin[leaving] >= 0 ? twin[leaving] : leaving;
+        if (k_head(m, leaving) == from && heat_comes_first(m->halfedge_length, arriving, h)) return false;
+        leaving = twin[back];
+        if (leaving < 0 && start[back] == from && heat_comes_first(m->halfedge_length, back, h)) return false;
     } while (leaving >= 0 && leaving != first);
+    if (leaving >= 0) return true;
+    for (leaving = first; twin[leaving] >= 0;) { /* there is a boundary: clockwise, too */
+        leaving = k_next(twin[leaving]);
+        const loxo_index arriving = twin[leaving] >= 0 ? twin[leaving] : leaving;
+        if (k_head(m, leaving) == from && heat_comes_first(m->halfedge_length, arriving, h)) return false;
+    }
     return true;
 }
 

@@ -1,0 +1,326 @@
+/* SPDX-License-Identifier: MIT */
+#include "algebra/cg.h"
+
+#include "base/allocate.h"
+#include "base/arena.h"
+#include "kernel/sparse_kernel.h"
+
+#include <math.h>
+#include <string.h>
+
+#define NS_A_ROW 15.0
+#define BLOCK    LOXO_SUM_BLOCK
+
+struct loxo_cg {
+    loxo_context *ctx;
+    const loxo_csr *a;
+    loxo_arena arena;
+    double *r, *p, *q, *z;
+    double (*part)[2]; /* [n_blocks] sums of blocks */
+    loxo_index *label; /* set of a variable; NULL where there is one set only */
+    double *set_mean;  /* [n_sets] */
+    double *set_size;  /* [n_sets] variables; 0: not singular */
+    int64_t n_sets, n_singular;
+};
+
+loxo_cg_settings loxo_cg_settings_default(void) { return (loxo_cg_settings){.tolerance = 1e-8, .max_iterations = 500}; }
+
+void loxo_diagonal_apply(void *diagonal, const double *r, double *z)
+{
+    const loxo_diagonal *m = diagonal;
+    const int64_t n = m->matrix->n_rows;
+#pragma omp parallel num_threads(loxo_threads_for(m->ctx, n, 2.0))
+    {
+        const loxo_range range = loxo_thread_range(n);
+        for (int64_t i = range.begin; i < range.end; ++i) {
+            const double d = m->matrix->diagonal[i];
+            z[i] = d > 0.0 ? r[i] / d : 0.0;
+        }
+    }
+}
+
+static void lay_out(loxo_cg *cg)
+{
+    loxo_arena *arena = &cg->arena;
+    const int64_t n = cg->a->n_rows;
+    cg->r = loxo_arena_take(arena, n, sizeof *cg->r);
+    cg->p = loxo_arena_take(arena, n, sizeof *cg->p);
+    cg->q = loxo_arena_take(arena, n, sizeof *cg->q);
+    cg->z = loxo_arena_take(arena, n, sizeof *cg->z);
+    cg->part = loxo_arena_take(arena, n / BLOCK + 1, sizeof *cg->part);
+}
+
+size_t loxo_cg_bytes(int64_t n_rows)
+{
+    const size_t n = (size_t)n_rows;
+    return n * (4 * sizeof(double) + sizeof(loxo_index)) + (n / BLOCK + 2) * 2 * sizeof(double);
+}
+
+int64_t loxo_cg_n_singular(const loxo_cg *cg) { return cg->n_singular; }
+
+/* Sets whose rows sum to zero within rounding have constants as their null space. */
+static void find_singular(loxo_cg *cg)
+{
+    const loxo_csr *a = cg->a;
+    for (int64_t s = 0; s < cg->n_sets; ++s)
+        cg->set_size[s] = cg->set_mean[s] = 0.0;
+    for (int64_t i = 0; i < a->n_rows; ++i) {
+        cg->set_size[cg->label[i]] += 1.0;
+        if (loxo_csr_excess(a, i) != 0.0) cg->set_mean[cg->label[i]] = 1.0; /* not singular */
+    }
+    for (int64_t s = 0; s < cg->n_sets; ++s) {
+        if (cg->set_mean[s] != 0.0) cg->set_size[s] = 0.0;
+        cg->n_singular += cg->set_size[s] > 0.0;
+    }
+}
+
+loxo_status loxo_cg_create(loxo_context *ctx, const loxo_csr *matrix, loxo_cg **out)
+{
+    loxo_status status = LOXO_ERR_MEMORY;
+    loxo_cg *cg = loxo_allocate(ctx, 1, sizeof *cg);
+    *out = NULL;
+    if (cg == NULL) return LOXO_ERR_MEMORY;
+    *cg = (loxo_cg){.ctx = ctx, .a = matrix};
+    if ((cg->label = loxo_allocate(ctx, matrix->n_rows, sizeof *cg->label)) == NULL) goto fail;
+    if ((status = loxo_csr_components(ctx, matrix, cg->label, &cg->n_sets)) < 0) goto fail;
+    status = LOXO_ERR_MEMORY;
+    if ((cg->set_mean = loxo_allocate(ctx, cg->n_sets, sizeof *cg->set_mean)) == NULL) goto fail;
+    if ((cg->set_size = loxo_allocate(ctx, cg->n_sets, sizeof *cg->set_size)) == NULL) goto fail;
+    find_singular(cg);
+    if (cg->n_sets == 1) {
+        loxo_release(ctx, cg->label);
+        cg->label = NULL;
+    }
+    lay_out(cg);
+    if ((status = loxo_arena_reserve(ctx, &cg->arena, "conjugate gradients: the workspace")) < 0) goto fail;
+    lay_out(cg);
+    *out = cg;
+    return LOXO_OK;
+fail:
+    loxo_cg_destroy(cg);
+    return status;
+}
+
+void loxo_cg_destroy(loxo_cg *cg)
+{
+    if (cg == NULL) return;
+    loxo_context *ctx = cg->ctx;
+    loxo_release(ctx, cg->label);
+    loxo_release(ctx, cg->set_mean);
+    loxo_release(ctx, cg->set_size);
+    loxo_arena_destroy(ctx, &cg->arena);
+    loxo_release(ctx, cg);
+}
+
+/* ---- passes over the vectors: each block leaves its sums, which are then added in order -------------------------- */
+
+typedef struct pass {
+    const loxo_cg *cg;
+    const double *b;
+    double *x;
+    double alpha;
+} pass;
+
+typedef void (*pass_fn)(const pass *s, int64_t begin, int64_t end, double *part);
+
+static void run(const pass *s, pass_fn fn, double *sums)
+{
+    const loxo_cg *cg = s->cg;
+    const int64_t n = cg->a->n_rows;
+#pragma omp parallel num_threads(loxo_threads_for(cg->ctx, n, NS_A_ROW))
+    {
+        const loxo_range r = loxo_csr_share(cg->a, loxo_thread_id(), loxo_thread_count());
+        for (int64_t begin = r.begin; begin < r.end; begin += BLOCK) {
+            double part[2] = {0.0, 0.0};
+            fn(s, begin, begin + BLOCK < r.end ? begin + BLOCK : r.end, part);
+            cg->part[begin / BLOCK][0] = part[0];
+            cg->part[begin / BLOCK][1] = part[1];
+        }
+    }
+    sums[0] = sums[1] = 0.0;
+    for (int64_t block = 0; block < (n + BLOCK - 1) / BLOCK; ++block) {
+        sums[0] += cg->part[block][0];
+        sums[1] += cg->part[block][1];
+    }
+}
+
+/* r = b - A x; sums: r . r, b . b */
+static void pass_residual(const pass *s, int64_t begin, int64_t end, double *part)
+{
+    const loxo_csr *a = s->cg->a;
+    double *r = s->cg->r;
+    k_csr_multiply(a->begin, a->column, a->value, a->diagonal, begin, end, s->x, r);
+    for (int64_t i = begin; i < end; ++i) {
+        r[i] = s->b[i] - r[i];
+        part[0] += r[i] * r[i];
+        part[1] += s->b[i] * s->b[i];
+    }
+}
+
+/* q = A p; sum: p . q */
+static void pass_product(const pass *s, int64_t begin, int64_t end, double *part)
+{
+    const loxo_csr *a = s->cg->a;
+    const double *p = s->cg->p;
+    double *q = s->cg->q;
+    k_csr_multiply(a->begin, a->column, a->value, a->diagonal, begin, end, p, q);
+    for (int64_t i = begin; i < end; ++i)
+        part[0] += p[i] * q[i];
+}
+
+/* x += alpha p, r -= alpha q; sum: r . r */
+static void pass_step(const pass *s, int64_t begin, int64_t end, double *part)
+{
+    const double *p = s->cg->p, *q = s->cg->q;
+    double *r = s->cg->r;
+    for (int64_t i = begin; i < end; ++i) {
+        s->x[i] += s->alpha * p[i];
+        r[i] -= s->alpha * q[i];
+        part[0] += r[i] * r[i];
+    }
+}
+
+/* sums: z . r, z . q */
+static void pass_products(const pass *s, int64_t begin, int64_t end, double *part)
+{
+    const double *z = s->cg->z, *q = s->cg->q, *r = s->cg->r;
+    for (int64_t i = begin; i < end; ++i) {
+        part[0] += z[i] * r[i];
+        part[1] += z[i] * q[i];
+    }
+}
+
+/* p = z + alpha p; without a p yet, alpha is 0 */
+static void pass_direction(const pass *s, int64_t begin, int64_t end, double *part)
+{
+    const double *z = s->cg->z;
+    double *p = s->cg->p;
+    (void)part;
+    if (s->alpha == 0.0) {
+        memcpy(p + begin, z + begin, (size_t)(end - begin) * sizeof *p);
+        return;
+    }
+    for (int64_t i = begin; i < end; ++i)
+        p[i] = z[i] + s->alpha * p[i];
+}
+
+/* sums: x . x over the variables */
+static void pass_square(const pass *s, int64_t begin, int64_t end, double *part)
+{
+    for (int64_t i = begin; i < end; ++i)
+        part[0] += s->b[i] * s->b[i];
+}
+
+/* Takes the mean of each singular set out of v, and 0 into variables that are not there. In order, by one thread: once or
+ * twice a solve. */
+static void project(const loxo_cg *cg, double *v)
+{
+    const int64_t n = cg->a->n_rows;
+    if (cg->n_singular == 0) return;
+    for (int64_t s = 0; s < cg->n_sets; ++s)
+        cg->set_mean[s] = 0.0;
+    for (int64_t i = 0; i < n; ++i)
+        cg->set_mean[cg->label != NULL ? cg->label[i] : 0] += v[i];
+    for (int64_t s = 0; s < cg->n_sets; ++s)
+        cg->set_mean[s] = cg->set_size[s] > 0.0 ? cg->set_mean[s] / cg->set_size[s] : 0.0;
+    for (int64_t i = 0; i < n; ++i)
+        v[i] -= cg->set_mean[cg->label != NULL ? cg->label[i] : 0];
+}
+
+/* r = b - A x, projected; returns its norm. */
+static double find_residual(const pass *s)
+{
+    double sums[2];
+    run(s, pass_residual, sums);
+    if (s->cg->n_singular == 0) return sqrt(sums[0]);
+    project(s->cg, s->cg->r);
+    const pass of_r = {.cg = s->cg, .b = s->cg->r};
+    run(&of_r, pass_square, sums);
+    return sqrt(sums[0]);
+}
+
+static bool is_stopped(const loxo_cg *cg, const loxo_cg_settings *settings, const loxo_cg_info *info)
+{
+    const loxo_progress p = {.phase = "conjugate gradients",
+                             .fraction = -1.0,
+                             .iteration = info->n_iterations,
+                             .n_iterations = settings->max_iterations,
+                             .objective = NAN,
+                             .residual = info->residual};
+    return loxo_progress_tell(cg->ctx, &p, info->n_iterations == 0);
+}
+
+/* Steps from the residual in r until it is at most goal, or something ends it. */
+static loxo_cg_stop iterate(const pass *state, const loxo_preconditioner *m, const loxo_cg_settings *settings,
+                            double norm_b, double goal, loxo_cg_info *info)
+{
+    const loxo_cg *cg = state->cg;
+    pass s = *state;
+    double sums[2], rho = 0.0, residual = info->residual * norm_b;
+    for (bool is_first = true; residual > goal; is_first = false) {
+        if (info->n_iterations == settings->max_iterations) return LOXO_CG_MAX_ITERATIONS;
+        if (is_stopped(cg, settings, info)) return LOXO_CG_MONITOR;
+        m->apply(m->state, cg->r, cg->z);
+        run(&s, pass_products, sums);
+        if (!(sums[0] > 0.0)) return LOXO_CG_INDEFINITE;
+        /* z' . (r' - r) / z . r with r' - r = -alpha q */
+        s.alpha = is_first ? 0.0 : -s.alpha * sums[1] / rho;
+        rho = sums[0];
+        run(&s, pass_direction, sums);
+        run(&s, pass_product, sums);
+        if (!(sums[0] > 0.0)) return LOXO_CG_INDEFINITE;
+        s.alpha = rho / sums[0];
+        run(&s, pass_step, sums);
+        residual = sqrt(sums[0]);
+        ++info->n_iterations;
+        info->residual = residual / norm_b;
+        if (settings->look != NULL) settings->look(settings->look_user, info->n_iterations, s.x, info->residual);
+    }
+    return LOXO_CG_TOLERANCE;
+}
+
+loxo_status loxo_cg_solve(loxo_cg *cg, const loxo_preconditioner *m, const loxo_cg_settings *settings, const double *b,
+                          double *x, loxo_cg_info *info)
+{
+    const loxo_cg_settings chosen = settings != NULL ? *settings : loxo_cg_settings_default();
+    loxo_cg_info own = {0};
+    double sums[2];
+    pass s = {.cg = cg, .b = b, .x = x};
+    for (int64_t i = 0; i < cg->a->n_rows; ++i)
+        if (!(cg->a->diagonal[i] > 0.0)) x[i] = 0.0;
+    /* |b| without its share in the null space: q is free until the first step. */
+    memcpy(cg->q, b, (size_t)cg->a->n_rows * sizeof *b);
+    run(&s, pass_square, sums);
+    const double norm_given = sqrt(sums[0]);
+    project(cg, cg->q);
+    const pass of_b = {.cg = cg, .b = cg->q};
+    run(&of_b, pass_square, sums);
+    const double norm_b = sqrt(sums[0]);
+    if (!isfinite(norm_given)) return loxo_fail(cg->ctx, LOXO_ERR_NUMERIC, "conjugate gradients: the right side");
+    own.inconsistent = norm_given > 0.0 ? sqrt(fmax(0.0, norm_given * norm_given - norm_b * norm_b)) / norm_given : 0.0;
+    double residual = find_residual(&s);
+    if (!isfinite(residual)) return loxo_fail(cg->ctx, LOXO_ERR_NUMERIC, "conjugate gradients: the start");
+    if (!(norm_b > 1e-300)) { /* nothing to solve for */
+        memset(x, 0, (size_t)cg->a->n_rows * sizeof *x);
+        if (info != NULL) *info = own;
+        return LOXO_OK;
+    }
+    /* The residual carried along drifts from the true one by rounding, and far from 1 even products of definite matrices
+     * can turn out negative: the residual is computed anew, and the iteration begun again from it while that helps. */
+    double last = HUGE_VAL;
+    own.residual = residual / norm_b;
+    for (;;) {
+        own.stop_reason = iterate(&s, m, &chosen, norm_b, chosen.tolerance * norm_b, &own);
+        own.residual = find_residual(&s) / norm_b;
+        const bool may_go_on = own.stop_reason == LOXO_CG_TOLERANCE || own.stop_reason == LOXO_CG_INDEFINITE;
+        if (own.residual <= chosen.tolerance && may_go_on) own.stop_reason = LOXO_CG_TOLERANCE;
+        if (own.residual <= chosen.tolerance || !may_go_on) break;
+        if (own.stop_reason == LOXO_CG_TOLERANCE) own.stop_reason = LOXO_CG_STALLED;
+        if (!(own.residual < 0.5 * last)) break;
+        last = own.residual;
+    }
+    project(cg, x);
+    if (info != NULL) *info = own;
+    if (own.stop_reason == LOXO_CG_MONITOR) return LOXO_STOPPED;
+    return own.stop_reason == LOXO_CG_TOLERANCE ? LOXO_OK : LOXO_NOT_CONVERGED;
+}

@@ -1,0 +1,167 @@
+/* SPDX-License-Identifier: MIT */
+#include "algebra/cholesky.h"
+
+#include "base/allocate.h"
+#include "loxo_config.h"
+
+#include <inttypes.h>
+#include <string.h>
+
+#ifdef LOXO_WITH_CHOLMOD
+
+#include <suitesparse/cholmod.h>
+
+/* The interface with 64-bit integers: the factor of a mesh of 30 million vertices has over 2^31 entries. */
+struct loxo_cholesky {
+    loxo_context *ctx;
+    int64_t n;
+    cholmod_common common;
+    cholmod_factor *factor;
+    cholmod_dense *x, *y, *e; /* kept from one solve to the next */
+};
+
+bool loxo_cholesky_is_there(void) { return true; }
+
+static loxo_status fail_by(const loxo_cholesky *c, const char *what)
+{
+    const int status = c->common.status;
+    return loxo_fail(c->ctx,
+                     status == CHOLMOD_OUT_OF_MEMORY ? LOXO_ERR_MEMORY
+                     : status == CHOLMOD_TOO_LARGE   ? LOXO_ERR_LIMIT
+                                                     : LOXO_ERR_NUMERIC,
+                     "Cholesky: %s failed (CHOLMOD status %d)", what, status);
+}
+
+/* Lower triangle by columns, which are the rows' entries from the diagonal on. NULL: no memory. */
+static cholmod_sparse *make_sparse(loxo_cholesky *c, const loxo_csr *a)
+{
+    const size_t n = (size_t)a->n_rows, n_most = (size_t)(a->begin[a->n_rows] / 2) + n;
+    cholmod_sparse *s = cholmod_l_allocate_sparse(n, n, n_most, 1, 1, -1, CHOLMOD_REAL, &c->common);
+    if (s == NULL) return NULL;
+    SuiteSparse_long *start = s->p, *row = s->i, to = 0;
+    double *value = s->x;
+    for (int64_t i = 0; i < a->n_rows; ++i) {
+        start[i] = to;
+        row[to] = i;
+        value[to++] = a->diagonal[i] > 0.0 ? a->diagonal[i] : 1.0;
+        for (int64_t k = a->begin[i]; k < a->begin[i + 1]; ++k) {
+            if (a->column[k] < i) continue;
+            row[to] = a->column[k];
+            value[to++] = a->value[k];
+        }
+    }
+    start[a->n_rows] = to;
+    return s;
+}
+
+loxo_status loxo_cholesky_create(loxo_context *ctx, const loxo_csr *matrix, loxo_cholesky_info *info,
+                                 loxo_cholesky **out)
+{
+    loxo_cholesky_info own = {0};
+    loxo_status status = LOXO_OK;
+    loxo_cholesky *c = loxo_allocate_zero(ctx, 1, sizeof *c);
+    *out = NULL;
+    if (c == NULL) return LOXO_ERR_MEMORY;
+    c->ctx = ctx;
+    c->n = matrix->n_rows;
+    if (cholmod_l_start(&c->common) == 0) {
+        loxo_release(ctx, c);
+        return loxo_fail(ctx, LOXO_ERR_UNSUPPORTED, "Cholesky: CHOLMOD does not start");
+    }
+    c->common.print = 0;
+    cholmod_sparse *s = make_sparse(c, matrix);
+    if (s != NULL) c->factor = cholmod_l_analyze(s, &c->common);
+    cholmod_l_free_sparse(&s, &c->common);
+    if (c->factor == NULL) {
+        status = fail_by(c, "the analysis");
+        goto fail;
+    }
+    own.n_entries = c->factor->is_super ? (double)c->factor->xsize : c->common.lnz;
+    own.n_flops = c->common.fl;
+    own.factor_bytes = (size_t)own.n_entries * (sizeof(double) + (c->factor->is_super ? 0 : sizeof(SuiteSparse_long))) +
+                       c->factor->ssize * sizeof(SuiteSparse_long) + c->factor->maxcsize * sizeof(double) +
+                       (size_t)matrix->n_rows * 12 * sizeof(SuiteSparse_long);
+    if (info != NULL) *info = own;
+    if ((status = loxo_memory_check(ctx, own.factor_bytes, "Cholesky: the factor")) < 0) goto fail;
+    *out = c;
+    return LOXO_OK;
+fail:
+    loxo_cholesky_destroy(c);
+    return status;
+}
+
+loxo_status loxo_cholesky_factor(loxo_cholesky *c, const loxo_csr *matrix)
+{
+    cholmod_sparse *s = make_sparse(c, matrix);
+    const bool is_done = s != NULL && cholmod_l_factorize(s, c->factor, &c->common) != 0;
+    cholmod_l_free_sparse(&s, &c->common);
+    /* L D L^T goes on past a negative pivot. */
+    int64_t at = is_done && c->factor->minor < c->factor->n ? (int64_t)c->factor->minor : -1;
+    if (is_done && !c->factor->is_super && !c->factor->is_ll && at < 0) {
+        const SuiteSparse_long *start = c->factor->p;
+        const double *x = c->factor->x;
+        for (int64_t j = 0; j < c->n && at < 0; ++j)
+            if (!(x[start[j]] > 0.0)) at = j;
+    }
+    if (at >= 0) {
+        const SuiteSparse_long *order = c->factor->Perm;
+        const loxo_place place = {.byte = -1, .element = order != NULL ? order[at] : at};
+        return loxo_fail_at(c->ctx, LOXO_ERR_NUMERIC, place, "Cholesky: the matrix is not positive definite");
+    }
+    return is_done ? LOXO_OK : fail_by(c, "the factor");
+}
+
+loxo_status loxo_cholesky_solve(loxo_cholesky *c, const double *b, double *x)
+{
+    const size_t n = (size_t)c->n;
+    cholmod_dense right = {.nrow = n, .ncol = 1, .nzmax = n, .d = n, .xtype = CHOLMOD_REAL, .dtype = CHOLMOD_DOUBLE};
+    memcpy(&right.x, &b, sizeof b); /* the field is not const, but it is only read */
+    if (cholmod_l_solve2(CHOLMOD_A, c->factor, &right, NULL, &c->x, NULL, &c->y, &c->e, &c->common) == 0)
+        return fail_by(c, "a solve");
+    memcpy(x, c->x->x, n * sizeof *x);
+    return LOXO_OK;
+}
+
+void loxo_cholesky_destroy(loxo_cholesky *c)
+{
+    if (c == NULL) return;
+    cholmod_l_free_dense(&c->x, &c->common);
+    cholmod_l_free_dense(&c->y, &c->common);
+    cholmod_l_free_dense(&c->e, &c->common);
+    cholmod_l_free_factor(&c->factor, &c->common);
+    cholmod_l_finish(&c->common);
+    loxo_release(c->ctx, c);
+}
+
+#else
+
+bool loxo_cholesky_is_there(void) { return false; }
+
+loxo_status loxo_cholesky_create(loxo_context *ctx, const loxo_csr *matrix, loxo_cholesky_info *info,
+                                 loxo_cholesky **out)
+{
+    (void)matrix;
+    *out = NULL;
+    if (info != NULL) *info = (loxo_cholesky_info){0};
+    return loxo_fail(ctx, LOXO_ERR_UNSUPPORTED, "Cholesky: this build has no CHOLMOD");
+}
+
+/* None is ever made. */
+loxo_status loxo_cholesky_factor(loxo_cholesky *cholesky, const loxo_csr *matrix)
+{
+    (void)cholesky;
+    (void)matrix;
+    return LOXO_ERR_UNSUPPORTED;
+}
+
+loxo_status loxo_cholesky_solve(loxo_cholesky *cholesky, const double *b, double *x)
+{
+    (void)cholesky;
+    (void)b;
+    (void)x;
+    return LOXO_ERR_UNSUPPORTED;
+}
+
+void loxo_cholesky_destroy(loxo_cholesky *cholesky) { (void)cholesky; }
+
+#endif

@@ -1,0 +1,35 @@
+/* SPDX-License-Identifier: MIT
+ * Sparse Cholesky factors by CHOLMOD, where the build has it. Its supernodal module is under the GPL: no method of the
+ * library's own needs it. */
+#ifndef LOXO_ALGEBRA_CHOLESKY_H
+#define LOXO_ALGEBRA_CHOLESKY_H
+
+#include "algebra/csr.h"
+
+typedef struct loxo_cholesky loxo_cholesky;
+
+/* Known after the analysis, before any number is computed. */
+typedef struct loxo_cholesky_info {
+    size_t factor_bytes; /* of the factor and of the work on it, once it is there */
+    double n_entries;    /* of the factor */
+    double n_flops;
+} loxo_cholesky_info;
+
+/* Whether this build has CHOLMOD; without it all calls give LOXO_ERR_UNSUPPORTED. */
+bool loxo_cholesky_is_there(void);
+
+/* Fill-reducing order and symbolic factor of a positive definite matrix. Variables that are not there count as rows of
+ * the identity, singular ones must have been pinned. CHOLMOD allocates by itself, outside of the context's meter; but what the
+ * factor will take is held against the context's limit.
+ *   info     may be NULL; set also where the factor would not fit
+ * returns  LOXO_OK; LOXO_ERR_MEMORY; LOXO_ERR_LIMIT; LOXO_ERR_UNSUPPORTED */
+loxo_status loxo_cholesky_create(loxo_context *ctx, const loxo_csr *matrix, loxo_cholesky_info *info,
+                                 loxo_cholesky **out);
+/* Computes the factor from a matrix with the entries that were analyzed; again for other values. LOXO_ERR_NUMERIC: not
+ * positive definite (element is a variable where that shows). Its bits may depend on the threads of the BLAS. */
+loxo_status loxo_cholesky_factor(loxo_cholesky *cholesky, const loxo_csr *matrix);
+/* x = A^-1 b; may be in place. Allocates some vectors. */
+loxo_status loxo_cholesky_solve(loxo_cholesky *cholesky, const double *b, double *x);
+void loxo_cholesky_destroy(loxo_cholesky *cholesky);
+
+#endif

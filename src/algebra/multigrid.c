@@ -1,0 +1,314 @@
+/* SPDX-License-Identifier: MIT
+ * The hierarchy and its cycle. */
+#include "algebra/dense.h"
+#include "algebra/multigrid_internal.h"
+#include "base/allocate.h"
+
+#include <inttypes.h>
+#include <math.h>
+#include <string.h>
+
+#define N_COARSEST 200 /* variables at which a dense factor takes over */
+#define MOST_DENSE 800 /* ... and what it can take where coarsening ended early */
+#define BLOCK_ROWS 4096
+#define NS_A_ROW   12.0
+/* A pivot of the coarsest level below this share of its diagonal is that of a constant. */
+#define GROUNDED 1e-12
+/* Levels from this one on, of a sixtieth of the variables and less, are visited twice a cycle: that costs a twentieth and
+ * saves a fifth of the steps. */
+#define FIRST_TWICE 2
+/* ... where they are so much smaller than the one before: the visits together stay linear. */
+#define LEAST_RATIO 4
+
+static void destroy_map(loxo_context *ctx, mg_map *map)
+{
+    loxo_release(ctx, map->begin);
+    loxo_release(ctx, map->column);
+    loxo_release(ctx, map->value);
+}
+
+void loxo_multigrid_destroy(loxo_multigrid *mg)
+{
+    if (mg == NULL) return;
+    loxo_context *ctx = mg->ctx;
+    for (int i = 0; i < MG_MAX_LEVELS; ++i) {
+        mg_level *l = &mg->level[i];
+        if (i > 0) {
+            loxo_release(ctx, l->row);
+            loxo_release(ctx, l->column);
+        }
+        loxo_release(ctx, l->weight);
+        loxo_release(ctx, l->excess);
+        loxo_release(ctx, l->inverse);
+        loxo_release(ctx, l->x);
+        loxo_release(ctx, l->y);
+        loxo_release(ctx, l->b);
+        loxo_release(ctx, l->x_more);
+        loxo_release(ctx, l->b_more);
+        destroy_map(ctx, &l->up);
+        destroy_map(ctx, &l->down);
+    }
+    loxo_release(ctx, mg->dense);
+    loxo_release(ctx, mg);
+}
+
+static bool is_row_good(const loxo_csr *a, int64_t i)
+{
+    double size = a->diagonal[i];
+    if (!(size >= 0.0)) return false;
+    for (int64_t k = a->begin[i]; k < a->begin[i + 1]; ++k)
+        size += fabs(a->value[k]);
+    return isfinite(size);
+}
+
+/* Weights and excesses of level 0, scaled so that diagonals are about 1. */
+static loxo_status take_matrix(loxo_multigrid *mg)
+{
+    loxo_context *ctx = mg->ctx;
+    const loxo_csr *a = mg->matrix;
+    mg_level *l = &mg->level[0];
+    int64_t n_bad = 0, n_there = 0;
+    double sum = 0.0;
+    *l = (mg_level){.n = a->n_rows, .row = a->begin, .column = a->column};
+    l->weight = loxo_allocate(ctx, a->begin[a->n_rows], sizeof *l->weight);
+    l->excess = loxo_allocate(ctx, a->n_rows, sizeof *l->excess);
+    if (l->weight == NULL || l->excess == NULL) return LOXO_ERR_MEMORY;
+    for (int64_t i = 0; i < a->n_rows; ++i) {
+        const double d = a->diagonal[i];
+        if (!(d > 0.0)) continue;
+        sum += log2(d);
+        ++n_there;
+    }
+    mg->scale = n_there > 0 && isfinite(sum) ? exp2(-rint(sum / (double)n_there)) : 1.0;
+#pragma omp parallel num_threads(loxo_threads_for(ctx, a->n_rows, NS_A_ROW)) reduction(+ : n_bad)
+    {
+        const loxo_range r = loxo_csr_share(a, loxo_thread_id(), loxo_thread_count());
+        for (int64_t i = r.begin; i < r.end; ++i) {
+            n_bad += !is_row_good(a, i);
+            for (int64_t k = a->begin[i]; k < a->begin[i + 1]; ++k)
+                l->weight[k] = (float)(-mg->scale * a->value[k]);
+            l->excess[i] = (float)(mg->scale * loxo_csr_excess(a, i));
+        }
+    }
+    if (n_bad > 0)
+        return loxo_fail(ctx, LOXO_ERR_NUMERIC,
+                         "multigrid: the matrix has rows that are not finite or a negative diagonal");
+    return LOXO_OK;
+}
+
+/* inverse_i = 1 / d'_i with d' = max(d, (d + 1.05 o) / 2), o the sum of |a_ij| over entries that leave the block: then
+ * M + M^T - A is positive definite for the smoother's M = D' + L, whatever the signs, and so is the cycle. */
+static loxo_status prepare_smoother(loxo_multigrid *mg, mg_level *l)
+{
+    l->block_rows = BLOCK_ROWS;
+    while (l->block_rows > 256 && l->block_rows * 64 > l->n)
+        l->block_rows /= 2;
+    l->inverse = loxo_allocate(mg->ctx, l->n, sizeof *l->inverse);
+    l->y = loxo_allocate(mg->ctx, l->n, sizeof *l->y);
+    if (l->inverse == NULL || l->y == NULL) return LOXO_ERR_MEMORY;
+    if (l != &mg->level[0]) {
+        l->x = loxo_allocate(mg->ctx, l->n, sizeof *l->x);
+        l->b = loxo_allocate(mg->ctx, l->n, sizeof *l->b);
+        if (l->x == NULL || l->b == NULL) return LOXO_ERR_MEMORY;
+    }
+    if (l >= &mg->level[FIRST_TWICE] && LEAST_RATIO * l->n <= l[-1].n) {
+        l->x_more = loxo_allocate(mg->ctx, l->n, sizeof *l->x_more);
+        l->b_more = loxo_allocate(mg->ctx, l->n, sizeof *l->b_more);
+        if (l->x_more == NULL || l->b_more == NULL) return LOXO_ERR_MEMORY;
+    }
+#pragma omp parallel num_threads(loxo_threads_for(mg->ctx, l->n, NS_A_ROW))
+    {
+        const loxo_range r = loxo_thread_range(l->n);
+        for (int64_t i = r.begin; i < r.end; ++i) {
+            double d = (double)l->excess[i], size = fabs(d), outside = 0.0;
+            for (int64_t k = l->row[i]; k < l->row[i + 1]; ++k) {
+                d += (double)l->weight[k];
+                size += fabs((double)l->weight[k]);
+                if (l->column[k] / l->block_rows != i / l->block_rows) outside += fabs((double)l->weight[k]);
+            }
+            const double bounded = fmax(d, 0.5 * (d + 1.05 * outside));
+            l->inverse[i] = bounded > 1e-6 * size ? (float)(1.0 / bounded) : 0.0f;
+        }
+    }
+    return LOXO_OK;
+}
+
+static loxo_status factor_last(loxo_multigrid *mg, loxo_multigrid_info *info)
+{
+    const mg_level *l = &mg->level[mg->n_levels - 1];
+    info->n_coarsest = l->n;
+    if (l->n > MOST_DENSE) return LOXO_OK;
+    mg->dense = loxo_allocate_zero(mg->ctx, l->n * l->n, sizeof *mg->dense);
+    if (mg->dense == NULL) return LOXO_ERR_MEMORY;
+    for (int64_t i = 0; i < l->n; ++i) {
+        double d = (double)l->excess[i];
+        for (int64_t k = l->row[i]; k < l->row[i + 1]; ++k) {
+            mg->dense[i * l->n + l->column[k]] = -(double)l->weight[k];
+            d += (double)l->weight[k];
+        }
+        mg->dense[i * l->n + i] = d;
+    }
+    info->n_grounded = loxo_dense_factor(l->n, mg->dense, GROUNDED);
+    return LOXO_OK;
+}
+
+/* Makes the level after the last; false in *is_made where it would not be much smaller. */
+static loxo_status add_level(loxo_multigrid *mg, bool *is_made)
+{
+    loxo_context *ctx = mg->ctx;
+    mg_level *l = &mg->level[mg->n_levels - 1];
+    int64_t n_aggregates = 0;
+    loxo_status status = LOXO_ERR_MEMORY;
+    loxo_index *aggregate = loxo_allocate(ctx, l->n, sizeof *aggregate);
+    float *strongest = loxo_allocate(ctx, l->n, sizeof *strongest);
+    *is_made = false;
+    if (aggregate == NULL || strongest == NULL) goto done;
+    if ((status = mg_aggregate(ctx, l, aggregate, strongest, &n_aggregates)) < 0) goto done;
+    if (n_aggregates == 0 || n_aggregates > l->n - l->n / 8) goto done;
+    if ((status = mg_make_maps(ctx, l, aggregate, strongest, n_aggregates)) < 0) goto done;
+    ++mg->n_levels;
+    *is_made = true;
+done:
+    loxo_release(ctx, strongest);
+    loxo_release(ctx, aggregate);
+    return status;
+}
+
+static size_t level_bytes(const mg_level *l, bool is_own)
+{
+    const size_t n = (size_t)l->n, n_entries = (size_t)l->row[l->n];
+    const size_t n_map = l->up.begin != NULL ? (size_t)l->up.begin[l->n] : 0;
+    return n * (2 * sizeof(float) + (is_own ? 3 : 1) * sizeof(double)) + n_entries * sizeof(float) +
+           2 * n_map * (sizeof(float) + sizeof(loxo_index)) +
+           (l->up.begin != NULL ? (n + (size_t)l->up.n_columns + 2) * sizeof(uint32_t) : 0) +
+           (is_own ? (n + 1) * sizeof(int64_t) + n_entries * sizeof(loxo_index) : 0);
+}
+
+static void fill_info(const loxo_multigrid *mg, loxo_multigrid_info *info)
+{
+    double n_entries = 0.0;
+    info->n_levels = mg->n_levels;
+    for (int i = 0; i < mg->n_levels; ++i) {
+        const mg_level *l = &mg->level[i];
+        info->bytes += level_bytes(l, i > 0);
+        n_entries += (double)(l->row[l->n] + l->n);
+    }
+    const double n_first = (double)(mg->level[0].row[mg->level[0].n] + mg->level[0].n);
+    info->operator_complexity = n_first > 0.0 ? n_entries / n_first : 1.0;
+    if (mg->dense != NULL) info->bytes += (size_t)(info->n_coarsest * info->n_coarsest) * sizeof(double);
+}
+
+loxo_status loxo_multigrid_create(loxo_context *ctx, const loxo_csr *matrix, loxo_multigrid_info *info,
+                                  loxo_multigrid **out)
+{
+    loxo_multigrid_info own = {0};
+    loxo_status status;
+    loxo_multigrid *mg = loxo_allocate_zero(ctx, 1, sizeof *mg);
+    *out = NULL;
+    if (mg == NULL) return LOXO_ERR_MEMORY;
+    mg->ctx = ctx;
+    mg->matrix = matrix;
+    mg->n_levels = 1;
+    if ((status = take_matrix(mg)) < 0) goto fail;
+    for (bool is_made = true;;) {
+        mg_level *l = &mg->level[mg->n_levels - 1];
+        if ((status = prepare_smoother(mg, l)) < 0) goto fail;
+        if (l->n <= N_COARSEST || mg->n_levels == MG_MAX_LEVELS) break;
+        if (loxo_stop_wanted(ctx, "multigrid", -1.0)) {
+            status = LOXO_ERR_STOPPED;
+            goto fail;
+        }
+        if ((status = add_level(mg, &is_made)) < 0) goto fail;
+        if (!is_made) break;
+        if ((status = mg_make_coarse(ctx, l, l + 1)) < 0) goto fail;
+    }
+    if ((status = factor_last(mg, &own)) < 0) goto fail;
+    fill_info(mg, &own);
+    if (info != NULL) *info = own;
+    *out = mg;
+    return LOXO_OK;
+fail:
+    loxo_multigrid_destroy(mg);
+    return status;
+}
+
+/* ---- the cycle --------------------------------------------------------------------------------------------------- */
+
+typedef enum step { STEP_FORWARD, STEP_RESIDUAL, STEP_BACKWARD } step;
+
+/* Forward: out from b. Residual: out = b - A in. Backward: out from b and in. */
+static void smooth(const loxo_multigrid *mg, const mg_level *l, step what, const double *b, const double *in,
+                   double *out)
+{
+    const int64_t n_blocks = (l->n + l->block_rows - 1) / l->block_rows;
+    const k_smooth_level rows = mg_rows(l);
+#pragma omp parallel num_threads(loxo_threads_for(mg->ctx, l->n, NS_A_ROW))
+    {
+        const loxo_range r = loxo_thread_range(n_blocks);
+        for (int64_t k = r.begin; k < r.end; ++k) {
+            const int64_t begin = k * l->block_rows, end = begin + l->block_rows < l->n ? begin + l->block_rows : l->n;
+            switch (what) {
+            case STEP_FORWARD: k_smooth_forward(&rows, begin, end, b, out); break;
+            case STEP_RESIDUAL: k_smooth_residual(&rows, begin, end, b, in, out); break;
+            case STEP_BACKWARD: k_smooth_backward(&rows, begin, end, b, in, out); break;
+            }
+        }
+    }
+}
+
+/* y = given + map x; given NULL: y = map x. */
+static void apply_map(loxo_context *ctx, const mg_map *map, const double *x, const double *given, double *y)
+{
+#pragma omp parallel num_threads(loxo_threads_for(ctx, map->begin[map->n_rows], 1.5))
+    {
+        const loxo_range r = loxo_thread_range(map->n_rows);
+        for (int64_t i = r.begin; i < r.end; ++i) {
+            double sum = given != NULL ? given[i] : 0.0;
+            for (uint32_t k = map->begin[i]; k < map->begin[i + 1]; ++k)
+                sum += (double)map->value[k] * x[map->column[k]];
+            y[i] = sum;
+        }
+    }
+}
+
+/* x of the last level from its b. */
+static void solve_last(const loxo_multigrid *mg, const double *b, double *x)
+{
+    const mg_level *l = &mg->level[mg->n_levels - 1];
+    if (mg->dense == NULL) {
+        smooth(mg, l, STEP_FORWARD, b, NULL, l->y);
+        smooth(mg, l, STEP_BACKWARD, b, l->y, x);
+        return;
+    }
+    memcpy(x, b, (size_t)l->n * sizeof *x);
+    loxo_dense_solve(l->n, mg->dense, x);
+}
+
+/* The levels from `at` on, as an approximate inverse: x from b. A level from FIRST_TWICE on is solved for twice, the
+ * second time for what the first left: x = B b + B (b - A B b), as symmetric as B. */
+static void cycle(const loxo_multigrid *mg, int at, const double *b, double *x)
+{
+    const mg_level *l = &mg->level[at], *next = l + 1;
+    if (at + 1 == mg->n_levels) {
+        solve_last(mg, b, x);
+        return;
+    }
+    smooth(mg, l, STEP_FORWARD, b, NULL, x);
+    smooth(mg, l, STEP_RESIDUAL, b, x, l->y);
+    apply_map(mg->ctx, &l->down, l->y, NULL, next->b);
+    cycle(mg, at + 1, next->b, next->x);
+    if (next->x_more != NULL && at + 2 < mg->n_levels) {
+        smooth(mg, next, STEP_RESIDUAL, next->b, next->x, next->b_more);
+        cycle(mg, at + 1, next->b_more, next->x_more);
+        for (int64_t i = 0; i < next->n; ++i)
+            next->x[i] += next->x_more[i];
+    }
+    apply_map(mg->ctx, &l->up, next->x, x, l->y);
+    smooth(mg, l, STEP_BACKWARD, b, l->y, x);
+}
+
+void loxo_multigrid_apply(void *state, const double *r, double *z)
+{
+    const loxo_multigrid *mg = state;
+    cycle(mg, 0, r, z);
+}

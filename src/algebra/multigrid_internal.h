@@ -1,0 +1,59 @@
+/* SPDX-License-Identifier: MIT
+ * Levels of a multigrid hierarchy and the steps of its set-up. */
+#ifndef LOXO_ALGEBRA_MULTIGRID_INTERNAL_H
+#define LOXO_ALGEBRA_MULTIGRID_INTERNAL_H
+
+#include "algebra/multigrid.h"
+#include "kernel/sparse_kernel.h"
+
+#define MG_MAX_LEVELS 24
+#define MG_NONE       ((loxo_index)-1)
+
+/* Rows of floats: a prolongation or its transpose. Offsets fit 32 bits: rows of a prolongation have two to three entries,
+ * of 2^31 rows at most; set-up counts and refuses more. */
+typedef struct mg_map {
+    int64_t n_rows, n_columns;
+    uint32_t *begin; /* [n_rows + 1] */
+    loxo_index *column;
+    float *value;
+} mg_map;
+
+typedef struct mg_level {
+    int64_t n, block_rows;
+    /* As k_smooth_level; row and column are the caller's matrix's on level 0. */
+    int64_t *row;
+    loxo_index *column;
+    float *weight, *excess, *inverse;
+    mg_map up, down;         /* from the next level to this one, and its transpose; none on the last */
+    double *x, *y, *b;       /* of level 0 only y: x and b are the caller's */
+    double *x_more, *b_more; /* of levels that are visited twice a cycle */
+} mg_level;
+
+struct loxo_multigrid {
+    loxo_context *ctx;
+    const loxo_csr *matrix;
+    double scale; /* level 0 is the matrix times this power of two */
+    int n_levels;
+    mg_level level[MG_MAX_LEVELS];
+    double *dense; /* factor of the last level; NULL: that one is only smoothed */
+};
+
+static inline k_smooth_level mg_rows(const mg_level *level)
+{
+    return (k_smooth_level){level->row, level->column, level->weight, level->excess, level->inverse};
+}
+
+/* Numbers of the aggregates that variables belong to: aggregate [n] out, MG_NONE for a variable that the smoother alone
+ * takes care of. strongest [n] out: the largest weight of its row, 0 where none is positive. */
+loxo_status mg_aggregate(loxo_context *ctx, const mg_level *level, loxo_index *aggregate, float *strongest,
+                         int64_t *n_aggregates);
+/* level->up and level->down. */
+loxo_status mg_make_maps(loxo_context *ctx, mg_level *level, const loxo_index *aggregate, const float *strongest,
+                         int64_t n_aggregates);
+/* Rows of the next level: fine->down * fine * fine->up. */
+loxo_status mg_make_coarse(loxo_context *ctx, const mg_level *fine, mg_level *coarse);
+
+/* An edge between variables whose largest weights are a and b is strong when its weight is at least this share of both. */
+#define MG_STRONG 0.1f
+
+#endif
