@@ -17,6 +17,7 @@ static const struct {
     {"tao2021-fig5", "error of the distance against iterations of ADMM", paper_tao2021_fig5},
     {"tao2021-fig7", "genus eight, with and without the conditions on cycles", paper_tao2021_fig7},
     {"tao2021-fig8", "several sources, with and without the conditions on paths", paper_tao2021_fig8},
+    {"tao2021-fig9", "three triangulations of one geometry, with and without the intrinsic one", paper_tao2021_fig9},
     {"tao2021-fig10", "subdivided meshes, too large for the other methods", paper_tao2021_fig10},
     {"tao2021-fig11", "time and memory against size, three shapes, all methods", paper_tao2021_fig11},
     {"tao2021-fig12", "the four steps of the face-based method for each number of threads", paper_tao2021_fig12},

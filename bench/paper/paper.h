@@ -14,6 +14,7 @@ loxo_status paper_tao2021_fig4(bench *b);
 loxo_status paper_tao2021_fig5(bench *b);
 loxo_status paper_tao2021_fig7(bench *b);
 loxo_status paper_tao2021_fig8(bench *b);
+loxo_status paper_tao2021_fig9(bench *b);
 loxo_status paper_tao2021_fig10(bench *b);
 loxo_status paper_tao2021_fig11(bench *b);
 loxo_status paper_tao2021_fig12(bench *b);
@@ -92,6 +93,14 @@ loxo_status paper_picture(const paper_subject *s, const char *suffix, const char
     "mesh|vertices|method|iterations|error without|error with|conditions|seconds without|seconds with"
 loxo_status paper_with_and_without(paper_subject *s, const char *name, const loxo_index *sources, int64_t n_sources,
                                    bench_table *table);
+
+/* ---- other triangulations of the same surface (retriangulate.c) ---- */
+
+/* Every edge split at a share of its length, from its lower vertex, every face in four. The old vertices come first. */
+loxo_status paper_split_edges(loxo_context *ctx, const loxo_mesh_arrays *arrays, double share, loxo_soup *soup);
+/* Split so at 0.5, twice; then edges inside what is flat are flipped to longer ones, as long as there are any, at a share of
+ * the half-edges drawn at random. */
+loxo_status paper_lengthen_edges(loxo_context *ctx, const loxo_mesh_arrays *arrays, double share, loxo_soup *soup);
 
 /* ---- solves in turns (rounds.c) ---- */
 

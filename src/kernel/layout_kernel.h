@@ -53,14 +53,16 @@ static inline double k_area_of(const double length[3])
     return product > 0.0 ? 0.25 * sqrt(product) : 0.0;
 }
 
-/* Cotangents of the angles opposite its half-edges, (b^2 + c^2 - a^2) / (4 area); not finite where there is no area. */
+/* Cotangents of the angles opposite its half-edges, (b^2 + c^2 - a^2) / (4 area); not finite where there is no area. With
+ * b <= c, c^2 - a^2 is a product: no digits are lost on needles. */
 static inline void k_cotangents_of(const double length[3], double cotangent[3])
 {
     const double inverse = 0.25 / k_area_of(length);
-    const double aa = length[0] * length[0], bb = length[1] * length[1], cc = length[2] * length[2];
-    cotangent[0] = (bb + cc - aa) * inverse;
-    cotangent[1] = (cc + aa - bb) * inverse;
-    cotangent[2] = (aa + bb - cc) * inverse;
+    for (int k = 0; k < 3; ++k) {
+        const double a = length[k], b = length[k == 2 ? 0 : k + 1], c = length[k == 0 ? 2 : k - 1];
+        const double low = b < c ? b : c, high = b < c ? c : b;
+        cotangent[k] = (low * low + (high - a) * (high + a)) * inverse;
+    }
 }
 
 /* tau of eq. (27) of Tao et al. 2021 for one face: 2 sqrt(3) inradius / longest edge; 1 where all sides are alike. */

@@ -157,13 +157,14 @@ static loxo_status settle(loxo_flips *t, loxo_index start, bool *is_overfull)
 
 loxo_status loxo_flip_to_delaunay(loxo_flips *t)
 {
+    const int64_t n_halfedges = 3 * t->n_faces;
     bool is_overfull = true;
     while (is_overfull) {
         is_overfull = false;
-        for (int64_t h = 0; h < 3 * t->n_faces; ++h) {
-            if (h % BETWEEN_LOOKS == 0 && loxo_stop_wanted(t->ctx, "flips", (double)h / (double)(3 * t->n_faces)))
+        for (int64_t h = 0; h < n_halfedges; ++h) {
+            if (h % BETWEEN_LOOKS == 0 && loxo_stop_wanted(t->ctx, "flips", (double)h / (double)n_halfedges))
                 return loxo_fail(t->ctx, LOXO_ERR_STOPPED, "intrinsic: stopped by the monitor among its flips");
-            if (!is_to_flip(t, (loxo_index)h)) continue;
+            if (t->halfedge_twin[h] < h || !is_to_flip(t, (loxo_index)h)) continue; /* each edge once */
             const loxo_status status = settle(t, (loxo_index)h, &is_overfull);
             if (status != LOXO_OK) return status;
         }
