@@ -99,7 +99,7 @@ loxo_status paper_with_and_without(paper_subject *s, const char *name, const lox
 /* Every edge split at a share of its length, from its lower vertex, every face in four. The old vertices come first. */
 loxo_status paper_split_edges(loxo_context *ctx, const loxo_mesh_arrays *arrays, double share, loxo_soup *soup);
 /* Split so at 0.5, twice; then edges inside what is flat are flipped to longer ones, as long as there are any, at a share of
- * the half-edges drawn at random. */
+ * the half-edges. */
 loxo_status paper_lengthen_edges(loxo_context *ctx, const loxo_mesh_arrays *arrays, double share, loxo_soup *soup);
 
 /* ---- solves in turns (rounds.c) ---- */

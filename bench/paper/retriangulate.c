@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: MIT
  * Other triangulations of the same surface, worse ones, for experiments. */
-#include "base/rng.h"
 #include "kernel/vec3.h"
 #include "paper.h"
 
@@ -73,6 +72,9 @@ loxo_status paper_split_edges(loxo_context *ctx, const loxo_mesh_arrays *arrays,
 
 /* ---- longer edges -------------------------------------------------------------------------------------------- */
 
+/* Some number in [0, 1) for h, the same at every run: its multiple of the golden ratio. */
+static double drawn(int64_t h) { return fmod(0.618033988749895 * (double)h, 1.0); }
+
 /* Triangles of a soup with the twins of their half-edges. */
 typedef struct flat_flips {
     const double *position;
@@ -140,7 +142,7 @@ loxo_status paper_lengthen_edges(loxo_context *ctx, const loxo_mesh_arrays *arra
     while (n_flips > 0) { /* edges only grow: it ends */
         n_flips = 0;
         for (int64_t h = 0; h < 3 * m.n_faces; ++h) {
-            if (loxo_random_unit(9, (uint64_t)h) >= share || !is_to_lengthen(&t, (loxo_index)h)) continue;
+            if (drawn(h) >= share || !is_to_lengthen(&t, (loxo_index)h)) continue;
             flip(&t, (loxo_index)h);
             ++n_flips;
         }
