@@ -27,7 +27,7 @@ static void set_defaults(void *state)
                                                 .intrinsic = loxo_intrinsic_settings_default(),
                                                 .geodesic = loxo_geodesic_settings_default(),
                                                 .draw = loxo_draw_settings_default()};
-    ((geodesic_state *)state)->intrinsic.traceable = false; /* results at vertices need no way back */
+    ((geodesic_state *)state)->intrinsic.traceable = false; /* sources and results at vertices need no way back */
 }
 
 /* One file that receives the distances. */
@@ -211,6 +211,8 @@ static loxo_status geodesic_main(cli_run *run, void *state)
     loxo_mesh *mesh = NULL, *intrinsic = NULL;
     double *distance = NULL;
     loxo_status status;
+    if (cli_args_has(&run->args, "source-point") || cli_args_has(&run->args, "source-points"))
+        s->intrinsic.traceable = true; /* they lie in faces of the surface */
     s->draw.title = cli_args_value(&run->args, "title", 0);
     s->draw.unit = cli_args_value(&run->args, "unit", 0);
     if (!s->common.estimate && (status = cli_sources_check(run)) < 0) return status;
@@ -221,9 +223,10 @@ static loxo_status geodesic_main(cli_run *run, void *state)
     sources.n_vertices = soup.n_vertices;
     if ((status = cli_sources_read(run, &sources)) < 0) goto done;
     if ((status = make_mesh(run, s, &soup, &mesh)) < 0) goto done;
-    const bool is_intrinsic = cli_args_has(&run->args, "intrinsic");
-    if ((status = cli_sources_locate(run, mesh, is_intrinsic, &sources)) < 0) goto done;
-    if (is_intrinsic && (status = cli_make_intrinsic(run, mesh, &s->intrinsic, &intrinsic)) < 0) goto done;
+    if ((status = cli_sources_locate(run, mesh, &sources)) < 0) goto done;
+    if (cli_args_has(&run->args, "intrinsic") &&
+        (status = cli_make_intrinsic(run, mesh, &s->intrinsic, &intrinsic)) < 0)
+        goto done;
     status = LOXO_ERR_MEMORY;
     if ((distance = loxo_allocate(run->ctx, loxo_mesh_n_vertices(mesh), sizeof *distance)) == NULL) goto done;
     if ((status = solve(run, s, intrinsic != NULL ? intrinsic : mesh, &sources, distance)) < 0) goto done;

@@ -139,7 +139,7 @@ static void tell_point(cli_run *run, const double position[3], const loxo_surfac
 }
 
 /* Finds and tells; position [n][3]. */
-static loxo_status locate(cli_run *run, const loxo_mesh *mesh, bool to_vertices, cli_sources *sources, int64_t n,
+static loxo_status locate(cli_run *run, const loxo_mesh *mesh, cli_sources *sources, int64_t n,
                           const double (*position)[3], json_t *list)
 {
     double *away = loxo_allocate(run->ctx, n, sizeof *away), largest = 0.0;
@@ -147,7 +147,6 @@ static loxo_status locate(cli_run *run, const loxo_mesh *mesh, bool to_vertices,
     loxo_surface_point *point = status >= 0 ? &sources->point[sources->n] : NULL;
     if (status >= 0) status = loxo_mesh_nearest_points(mesh, n, position, point, away);
     for (int64_t i = 0; i < n && status >= 0; ++i) {
-        if (to_vertices) point[i] = heaviest_corner(&point[i]);
         largest = fmax(largest, away[i]);
         tell_point(run, position[i], &point[i], away[i], i, list);
     }
@@ -158,19 +157,18 @@ static loxo_status locate(cli_run *run, const loxo_mesh *mesh, bool to_vertices,
     return status;
 }
 
-static loxo_status locate_file(cli_run *run, const loxo_mesh *mesh, bool to_vertices, cli_sources *sources,
-                               const char *path, json_t *list)
+static loxo_status locate_file(cli_run *run, const loxo_mesh *mesh, cli_sources *sources, const char *path,
+                               json_t *list)
 {
     double *position = NULL;
     int64_t n = 0;
     loxo_status status = loxo_read_points(run->ctx, path, &position, &n);
-    if (status >= 0)
-        status = locate(run, mesh, to_vertices, sources, n, (const double(*)[3])(const void *)position, list);
+    if (status >= 0) status = locate(run, mesh, sources, n, (const double(*)[3])(const void *)position, list);
     loxo_release(run->ctx, position);
     return status;
 }
 
-loxo_status cli_sources_locate(cli_run *run, const loxo_mesh *mesh, bool to_vertices, cli_sources *sources)
+loxo_status cli_sources_locate(cli_run *run, const loxo_mesh *mesh, cli_sources *sources)
 {
     const cli_args *args = &run->args;
     const bool has_positions = cli_args_has(args, "source-point") || cli_args_has(args, "source-points");
@@ -181,11 +179,11 @@ loxo_status cli_sources_locate(cli_run *run, const loxo_mesh *mesh, bool to_vert
     while (status >= 0 && (text = cli_args_next(args, "source-point", &cursor)) != NULL) {
         double position[1][3];
         (void)cli_parse_numbers(text, position[0], 3); /* cli_sources_check has seen that they are three */
-        status = locate(run, mesh, to_vertices, sources, 1, (const double(*)[3])position, found);
+        status = locate(run, mesh, sources, 1, (const double(*)[3])position, found);
     }
     cursor = 0;
     while (status >= 0 && (text = cli_args_next(args, "source-points", &cursor)) != NULL)
-        status = locate_file(run, mesh, to_vertices, sources, text, found);
+        status = locate_file(run, mesh, sources, text, found);
     if (status < 0) return status;
     json_t *list = json_put_array(run->report.json, "sources");
     sources->at_vertices = true;

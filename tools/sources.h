@@ -40,9 +40,9 @@ typedef struct cli_sources {
 loxo_status cli_sources_check(cli_run *run);
 /* Reads the vertices of the command line, checked against sources->n_vertices. Repeats stay. */
 loxo_status cli_sources_read(cli_run *run, cli_sources *sources);
-/* Adds the points of the surface nearest to the positions, and says which and how far off. to_vertices: the nearest corner
- * of their faces instead, for intrinsic triangulations, which have other faces. Tells all sources to the report. */
-loxo_status cli_sources_locate(cli_run *run, const loxo_mesh *mesh, bool to_vertices, cli_sources *sources);
+/* Adds the points of the surface nearest to the positions, and says which and how far off. Tells all
+ * sources to the report. */
+loxo_status cli_sources_locate(cli_run *run, const loxo_mesh *mesh, cli_sources *sources);
 /* Solves from all of them. */
 loxo_status cli_sources_solve(cli_run *run, const cli_sources *sources, loxo_geodesic *geodesic, double *distance,
                               loxo_geodesic_info *info);

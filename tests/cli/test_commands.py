@@ -83,6 +83,8 @@ def intrinsic_triangulations():
         assert ("intrinsic" in report("r.json")) == (flag == "--intrinsic")
     assert error["--intrinsic"] < 0.3 * error["--verbose"], error
     assert loxo("info", "d.ply", "--json", "-").json["mesh"]["area"] == (n - 1) ** 2
+    loxo("geodesic", mesh, "--source-point", "7.3,6.6,0", "--method", "exact", "--intrinsic", "-o", "d.npy").is_code(0)
+    assert all(abs(a - math.hypot(x - 7.3, y - 6.6)) < 1e-9 for a, (x, y, _) in zip(npy("d.npy"), v))
     loxo("geodesic", mesh, "-s", "0", "--intrinsic", "--max-flips", "5", "-o", "d.npy").is_code(8)
     loxo("geodesic", mesh, "-s", "0", "--intrinsic", "--mollify", "0", "-o", "d.npy").is_code(2)
     a, b = (loxo("geodesic", mesh, "-s", "0", *more, "-o", "d.npy", "--estimate", "--json", "-").json
