@@ -7,7 +7,7 @@
 #ifndef LOXO_GEODESIC_H
 #define LOXO_GEODESIC_H
 
-#include <loxo/mesh.h>
+#include <loxo/lines.h>
 
 #ifdef __cplusplus
 extern "C" {
@@ -152,6 +152,22 @@ LOXO_API loxo_status loxo_geodesic_limit(loxo_geodesic *geodesic, double max_dis
  *   source     [n_vertices] out, caller's order: index into that solve's sources or points; -1 where the distance is infinite
  * returns      LOXO_OK; LOXO_ERR_ARGUMENT: no solve yet, or settings.nearest was off; LOXO_ERR_MEMORY */
 LOXO_API loxo_status loxo_geodesic_nearest(const loxo_geodesic *geodesic, loxo_index *source);
+
+/* Shortest ways of the last solve, from points of the surface back to their nearest sources. Methods that know them give them
+ * exactly; for the others they go down the distances: against the gradient through each face, along an edge that both
+ * sides lead to, from vertices where it goes down fastest. They then are as good as the distances are.
+ *   targets    [n_targets], as sources of loxo_geodesic_solve_points; a distance that is infinite has no way
+ *   lines      out: line i begins at target i and ends at its source, its value is the target's distance, linear between
+ *              vertices; loxo_polyline_length tells its length. Freed by loxo_polylines_destroy
+ * returns      LOXO_OK; LOXO_ERR_ARGUMENT (element: the target): as for sources, or not reached; before the first solve;
+ *              LOXO_ERR_UNSUPPORTED: an intrinsic triangulation (use loxo_geodesic_trace on its surface); LOXO_ERR_MEMORY
+ * cost         the lengths of the ways, and where the distances have low points of their own a search around them */
+LOXO_API loxo_status loxo_geodesic_paths(loxo_geodesic *geodesic, const loxo_surface_point *targets, int64_t n_targets,
+                                         loxo_polylines *lines);
+/* The same down distances that are at hand, in the caller's order, to the sources that they are from. */
+LOXO_API loxo_status loxo_geodesic_trace(loxo_context *ctx, const loxo_mesh *mesh, const double *distance,
+                                         const loxo_surface_point *sources, int64_t n_sources,
+                                         const loxo_surface_point *targets, int64_t n_targets, loxo_polylines *lines);
 
 /* As loxo_geodesic_solve, from a heat that is given instead of diffused, as loxo_geodesic_heat returns it: value * 2^scale in the
  * caller's order; scale may be NULL (all 0). For comparisons of diffusions. LOXO_ERR_ARGUMENT: a value not finite. */

@@ -4,7 +4,7 @@
 #ifndef LOXO_IO_H
 #define LOXO_IO_H
 
-#include <loxo/mesh.h>
+#include <loxo/lines.h>
 
 #ifdef __cplusplus
 extern "C" {
@@ -96,6 +96,11 @@ LOXO_API loxo_status loxo_write_mesh(loxo_context *ctx, const char *path, const 
 /* Writes one scalar per vertex: .npy (float64), .csv (header `vertex,<name>`), .shape.gii. */
 LOXO_API loxo_status loxo_write_field(loxo_context *ctx, const char *path, const char *name, const double *value,
                                       int64_t n, const loxo_write_settings *settings);
+/* Writes a matrix [n_rows][n_columns] as .npy (float64), or as .csv without a header. */
+LOXO_API loxo_status loxo_write_matrix(loxo_context *ctx, const char *path, const double *value, int64_t n_rows,
+                                       int64_t n_columns);
+/* Writes lines on a surface: .obj (elements l), .vtp, or .csv (line,value,x,y,z: a row a point). "-" gets csv. */
+LOXO_API loxo_status loxo_write_polylines(loxo_context *ctx, const char *path, const loxo_polylines *lines);
 /* Whether path could be written now: directory there and writable, not a directory, device or other special file. */
 LOXO_API loxo_status loxo_write_check(loxo_context *ctx, const char *path);
 /* Writes bytes under the same promise of atomicity. */

@@ -8,6 +8,7 @@
 #include <loxo/draw.h>
 #include <loxo/geodesic.h>
 #include <loxo/io.h>
+#include <loxo/lines.h>
 #include <loxo/measure.h>
 #include <loxo/mesh.h>
 #include <loxo/monitor.h>

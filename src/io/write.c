@@ -2,6 +2,7 @@
  * Writing: the arguments' checks, the format by suffix, one stream a file. */
 #include "base/context.h"
 #include "io/format_names.h"
+#include "io/print.h"
 #include "io/writers.h"
 
 loxo_write_settings loxo_write_settings_default(void)
@@ -100,6 +101,37 @@ loxo_status loxo_write_field(loxo_context *ctx, const char *path, const char *na
     } else {
         status = loxo_write_gifti_field(&stream, name, value, n, settings != NULL ? settings->comment : NULL);
     }
+    return finish(&stream, status);
+}
+
+static void write_csv_rows(loxo_stream *stream, const double *value, int64_t n_rows, int64_t n_columns)
+{
+    for (int64_t i = 0; i < n_rows * n_columns; ++i) {
+        char *text = (char *)loxo_stream_room(stream, LOXO_PRINT_MAX + 1);
+        const size_t n = loxo_print_double(text, value[i]);
+        text[n] = (i + 1) % n_columns == 0 ? '\n' : ',';
+        stream->used += n + 1;
+    }
+}
+
+loxo_status loxo_write_matrix(loxo_context *ctx, const char *path, const double *value, int64_t n_rows,
+                              int64_t n_columns)
+{
+    loxo_stream stream;
+    loxo_format format;
+    int64_t n;
+    if (ctx == NULL || path == NULL) return loxo_fail(ctx, LOXO_ERR_ARGUMENT, "write: no path");
+    if (n_rows < 0 || n_columns < 0 || __builtin_mul_overflow(n_rows, n_columns, &n) || n > INT64_MAX / 64 ||
+        (n > 0 && value == NULL))
+        return loxo_fail(ctx, LOXO_ERR_ARGUMENT, "write: matrix without values");
+    loxo_status status = choose_format(ctx, path, NULL, LOXO_FORMAT_CSV, &format);
+    if (status < 0) return status;
+    if (format != LOXO_FORMAT_NPY && format != LOXO_FORMAT_CSV) return cannot_write(ctx, path, format, "a matrix");
+    if ((status = loxo_stream_open(ctx, &stream, path)) < 0) return status;
+    if (format == LOXO_FORMAT_NPY)
+        status = loxo_write_npy_rows(&stream, value, n_rows, n_columns);
+    else
+        write_csv_rows(&stream, value, n_rows, n_columns);
     return finish(&stream, status);
 }
 

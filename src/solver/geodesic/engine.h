@@ -17,6 +17,8 @@ typedef struct geodesic_seed {
     loxo_index source; /* number of the caller's source, the lowest where several are one point */
 } geodesic_seed;
 
+struct line_builder; /* mesh/lines/builder.h */
+
 /* What all methods share; lives as long as the solver, at one place. settings.max_distance may be another in each solve:
  * look it up there. */
 typedef struct geodesic_problem {
@@ -54,6 +56,9 @@ typedef struct geodesic_engine {
     /* The vertices that the last solve may have given a distance, ascending, for methods that keep a list of them: what is
      * done with the distances then costs as little as the solve. It stands until the next solve. NULL: all of them. */
     const loxo_index *(*touched)(void *state, int64_t *n);
+    /* The shortest way of the last solve from a point to its nearest source, for methods that know it: adds its points, the
+     * point first, the source last, without ending the line. Of others it is traced down the distances. */
+    loxo_status (*trace)(void *state, const geodesic_seed *from, struct line_builder *builder);
     /* Of methods that diffuse heat: loxo_geodesic_heat, and a heat that the next solve takes instead of diffusing.
      * LOXO_ERR_ARGUMENT: no heat yet; not finite. */
     loxo_status (*heat)(const void *state, double *value, int32_t *scale);

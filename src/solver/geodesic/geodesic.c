@@ -100,6 +100,7 @@ void loxo_geodesic_destroy(loxo_geodesic *geodesic)
     geodesic->engine->destroy(geodesic->state);
     loxo_release(ctx, geodesic->own_distance);
     loxo_release(ctx, geodesic->nearest);
+    loxo_release(ctx, geodesic->seeds);
     loxo_release(ctx, geodesic);
 }
 
@@ -198,7 +199,9 @@ static loxo_status solve_from(loxo_geodesic *g, const solve_call *call, loxo_geo
         status = g->engine->give_heat(g->state, call->heat_value, call->heat_scale);
     loxo_progress_begin(g->problem.ctx);
     if (status >= 0) status = solve(g, seeds, n_seeds, call->heat_value != NULL, call->distance, info);
-    loxo_release(g->problem.ctx, seeds);
+    loxo_release(g->problem.ctx, g->seeds); /* of the solve before */
+    g->seeds = seeds;
+    g->n_seeds = n_seeds;
     info->total_s = loxo_os_clock_s() - start_s;
     return status;
 }

@@ -12,6 +12,8 @@ struct loxo_geodesic {
     double *distance; /* [n_vertices] of the last solve, in the mesh's order; in the engine's room where it has one */
     double *own_distance; /* else here */
     loxo_index *nearest;  /* [n_vertices] with settings.nearest, else NULL */
+    geodesic_seed *seeds; /* [n_seeds] of the last solve */
+    int64_t n_seeds;
     double prepare_s;
     bool is_solved; /* distance and nearest are those of a solve */
 };

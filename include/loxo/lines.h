@@ -1,0 +1,43 @@
+/* SPDX-License-Identifier: MIT
+ * Lines on a surface: where a field has a value, and ways that go down a field. */
+#ifndef LOXO_LINES_H
+#define LOXO_LINES_H
+
+#include <loxo/mesh.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* Lines of points that lie at vertices, on edges, and at the ends of ways also inside faces; two neighbours of a line lie in
+ * one face. All arrays come from loxo_allocate. */
+typedef struct loxo_polylines {
+    int64_t n_lines, n_points;
+    int64_t *line_begin; /* [n_lines + 1] points of line i are line_begin[i] .. line_begin[i + 1] - 1, two at least */
+    double *value;       /* [n_lines] what the line is of: the field's value on it, or where it begins */
+    bool *is_closed;     /* [n_lines] the first point stands at the end again, to the bit */
+    loxo_surface_point *point; /* [n_points] */
+    double (*position)[3];     /* [n_points] */
+} loxo_polylines;
+
+LOXO_API void loxo_polylines_destroy(loxo_context *ctx,
+                                     loxo_polylines *lines); /* frees the arrays and clears the struct */
+LOXO_API double loxo_polyline_length(const loxo_polylines *lines, int64_t line);
+
+/* Where a field, linear on every face, has given values.
+ * A vertex that has the value exactly counts as a little above it: so every line is a closed loop or ends at the boundary
+ * twice, no lines meet, and no line runs along both sides of a face that has the value all over. Lines have what is above on
+ * their right, seen from outside. Faces with a corner that is not finite are as if they were not there.
+ *   field    [n_vertices] caller's order
+ *   level    [n_levels] finite; repeats are fine
+ *   lines    out, level by level; freed by loxo_polylines_destroy
+ * returns    LOXO_OK; LOXO_ERR_ARGUMENT: NULL, a level not finite (element), an intrinsic triangulation; LOXO_ERR_MEMORY;
+ *            LOXO_ERR_STOPPED
+ * cost       a pass over the faces a level, some 5 ns a face, and the lines */
+LOXO_API loxo_status loxo_isolines(loxo_context *ctx, const loxo_mesh *mesh, const double *field, const double *level,
+                                   int64_t n_levels, loxo_polylines *lines);
+
+#ifdef __cplusplus
+}
+#endif
+#endif
