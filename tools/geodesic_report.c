@@ -81,6 +81,9 @@ static void put_info(json_t *json, const loxo_geodesic_info *i)
     json_put_number(json, "constraint_residual", i->constraint_residual);
     json_put_integer(json, "max_windows", i->max_windows);
     json_put_integer(json, "n_bends", i->n_bends);
+    json_put_integer(json, "n_poisson_steps", i->n_poisson_steps);
+    json_put_number(json, "poisson_residual", i->poisson_residual);
+    json_put_integer(json, "n_lost_heat", i->n_lost_heat);
     json_put_integer(json, "n_unreached", i->n_unreached);
     json_put_integer(json, "n_negative", i->n_negative);
     json_put_integer(json, "n_nonpositive_heat", i->n_nonpositive_heat);
@@ -110,6 +113,11 @@ void cli_report_geodesic(cli_run *run, const loxo_geodesic_info *i, int64_t n_ve
             report_row(out, name, "%s, %.3g passed on a vertex, %s at most at once, %s vertices bent ways",
                        text_seconds(i->phase_s[p]), (double)i->n_evaluations / n, text_count(i->max_windows),
                        text_count(i->n_bends));
+        else if (p == LOXO_GEODESIC_PHASE_POISSON && i->n_poisson_steps > 0)
+            report_row(out, name, "%s, %s steps with all that followed, residual %.2g", text_seconds(i->phase_s[p]),
+                       text_count(i->n_poisson_steps), i->poisson_residual);
+        else if (p == LOXO_GEODESIC_PHASE_DIFFUSION && i->n_levels == 0)
+            report_row(out, name, "%s, by factors", text_seconds(i->phase_s[p]));
         else if (p == LOXO_GEODESIC_PHASE_DIFFUSION)
             report_row(out, name, "%s, %s levels, window at most %s, %.3g updates a vertex, %s",
                        text_seconds(i->phase_s[p]), text_count(i->n_levels), text_count(i->max_window),
@@ -135,6 +143,8 @@ void cli_report_geodesic(cli_run *run, const loxo_geodesic_info *i, int64_t n_ve
     if (i->n_unreached > 0) report_row(out, "unreached", "%s vertices (infinity)", text_count(i->n_unreached));
     if (i->n_nonpositive_heat > 0)
         report_row(out, "heat", "not positive at %s vertices", text_count(i->n_nonpositive_heat));
+    if (i->n_lost_heat > 0)
+        report_row(out, "heat", "below the range of numbers at %s vertices", text_count(i->n_lost_heat));
     report_row(out, "largest", "%.8g", i->distance_max);
     report_row(out, "answer", "%s: gradient off 1 by over 10 %% on %.2f %% of the area, breach 99 %% %.2g, max %.2g",
                i->check_passed ? "passed" : "FAILED", 100.0 * i->gradient_share, i->breach_percentile_99,

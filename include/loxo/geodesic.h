@@ -19,7 +19,9 @@ typedef struct loxo_geodesic loxo_geodesic;
 #define LOXO_GEODESIC_METHOD_LIST(X)                                                                                   \
     X(EDGE, edge, "parallel heat, section 4: differences along edges; least memory")                                   \
     X(FACE, face, "parallel heat, section 3: gradients on faces; a little more accurate")                              \
-    X(EXACT, exact, "polyhedral distances to rounding, by windows; memory grows with the front")
+    X(EXACT, exact, "polyhedral distances to rounding, by windows; memory grows with the front")                       \
+    X(HEAT, heat, "the heat method of Crane et al.: heat, directions, a Poisson equation")                             \
+    X(VARIATIONAL, variational, "the same, then less of the integral of (|grad d| - 1)^2 by ADMM")
 
 typedef enum loxo_geodesic_method {
 #define LOXO_GEODESIC_METHOD_ROW(NAME, name, help) LOXO_GEODESIC_##NAME,
@@ -37,18 +39,25 @@ typedef enum loxo_geodesic_diffusion {
     LOXO_DIFFUSION_SWEEPS,   /* the paper's sweeps (7): every level, n_sweeps times; the baseline */
 } loxo_geodesic_diffusion;
 
+/* How heat and variational solve their equations. */
+typedef enum loxo_geodesic_factor {
+    LOXO_FACTOR_MULTIGRID, /* linear memory: heat by the marching diffusion, the Poisson equation by multigrid */
+    LOXO_FACTOR_CHOLESKY,  /* factors by CHOLMOD, made once: LOXO_ERR_UNSUPPORTED where that is off */
+} loxo_geodesic_factor;
+
 typedef struct loxo_geodesic_settings {
     loxo_geodesic_method method;
     loxo_geodesic_diffusion diffusion;
-    double time_factor;         /* m of eq. (28): time = m * (mean edge length)^2; > 0 */
-    double diffusion_tolerance; /* change of the directions, eq. (8), that is still to come when a level is left */
-    int64_t n_sweeps;           /* of LOXO_DIFFUSION_SWEEPS */
-    double penalty;             /* mu of ADMM; > 0 */
-    int64_t n_iterations;       /* most ADMM iterations (I_max) */
-    double primal_tolerance;    /* epsilon_1, relative to the mean edge length: scale-free */
-    double dual_tolerance;      /* epsilon_2 */
-    bool global_constraints;    /* eqs. (23)-(26): cycles of surfaces that are no disk, paths between sources */
-    double max_distance;        /* vertices farther than this get infinity; > 0, +infinity: no limit */
+    double time_factor;          /* m of eq. (28): time = m * (mean edge length)^2; > 0 */
+    double diffusion_tolerance;  /* change of the directions, eq. (8), that is still to come when a level is left */
+    int64_t n_sweeps;            /* of LOXO_DIFFUSION_SWEEPS */
+    double penalty;              /* mu of ADMM; > 0 */
+    int64_t n_iterations;        /* most ADMM iterations (I_max) */
+    double primal_tolerance;     /* epsilon_1, relative to the mean edge length: scale-free */
+    double dual_tolerance;       /* epsilon_2 */
+    loxo_geodesic_factor factor; /* of heat and variational */
+    bool global_constraints;     /* eqs. (23)-(26): cycles of surfaces that are no disk, paths between sources */
+    double max_distance;         /* vertices farther than this get infinity; > 0, +infinity: no limit */
     bool nearest; /* keep the nearest source of each vertex, for loxo_geodesic_nearest: 4 bytes a vertex */
     double check_gradient_share; /* result fails its check when |grad d| is off 1 by over 10 % on more of the area */
     double check_breach; /* ... or when the 99th percentile of |d(a) - d(b)| / |ab| - 1 over the edges is more */
@@ -70,6 +79,7 @@ typedef enum loxo_geodesic_phase {
     LOXO_GEODESIC_PHASE_ADMM,
     LOXO_GEODESIC_PHASE_INTEGRATE,
     LOXO_GEODESIC_PHASE_PROPAGATE, /* exact: windows */
+    LOXO_GEODESIC_PHASE_POISSON,   /* heat and variational: the first Poisson equation */
     LOXO_GEODESIC_PHASE_CHECK,
     LOXO_GEODESIC_N_PHASES
 } loxo_geodesic_phase;
@@ -102,6 +112,10 @@ typedef struct loxo_geodesic_info {
     /* exact */
     int64_t max_windows; /* most that were kept at once; 48 bytes each */
     int64_t n_bends;     /* times that a vertex at which shortest ways may bend sent windows out */
+    /* heat, variational */
+    int64_t n_poisson_steps; /* of conjugate gradients, all equations together */
+    double poisson_residual; /* of the last equation, relative */
+    int64_t n_lost_heat;     /* vertices whose heat is below the range of doubles (factors only) */
     /* the check of the answer */
     int64_t n_unreached;        /* vertices at infinity: other components, unreferenced ones */
     int64_t n_negative;         /* vertices whose distance is below minus a tenth of the mean edge length */

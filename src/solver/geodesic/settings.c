@@ -21,6 +21,7 @@ loxo_geodesic_settings loxo_geodesic_settings_default(void)
         /* As in the paper, off: within a few iterations their correction stays on the chains, and the distances that are
          * summed across those get worse (kitten, genus 1: 0.93 % on, 0.72 % off). */
         .global_constraints = false,
+        .factor = LOXO_FACTOR_MULTIGRID,
         .max_distance = HUGE_VAL,
         .nearest = false,
         .check_gradient_share = 0.6,
@@ -33,6 +34,7 @@ loxo_geodesic_settings loxo_geodesic_settings_default(void)
 #define CHOICE(NAME, name, help) #name,
 #define HELP(NAME, name, help)   help,
 static const char *const methods[] = {LOXO_GEODESIC_METHOD_LIST(CHOICE) NULL};
+static const char *const factors[] = {"multigrid", "cholesky", NULL};
 static const char *const diffusions[] = {"marching", "sweeps", NULL};
 
 const loxo_option loxo_geodesic_options[] = {
@@ -40,7 +42,7 @@ const loxo_option loxo_geodesic_options[] = {
      .type = LOXO_OPTION_CHOICE,
      .offset = FIELD(method),
      .choices = methods,
-     .help = "how distances are found: parallel heat on edges or on faces, or exactly"},
+     .help = "how distances are found: parallel heat on edges or on faces, heat with Poisson, or exactly"},
     {.name = "diffusion",
      .type = LOXO_OPTION_CHOICE,
      .offset = FIELD(diffusion),
@@ -89,6 +91,11 @@ const loxo_option loxo_geodesic_options[] = {
      .min = 0.0,
      .max = 1.0,
      .help = "the same for the dual residual"},
+    {.name = "factor",
+     .type = LOXO_OPTION_CHOICE,
+     .offset = FIELD(factor),
+     .choices = factors,
+     .help = "heat, variational: multigrid takes linear memory, cholesky makes factors once for many solves"},
     {.name = "global-constraints",
      .type = LOXO_OPTION_BOOL,
      .offset = FIELD(global_constraints),

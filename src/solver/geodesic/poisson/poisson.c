@@ -1,0 +1,147 @@
+/* SPDX-License-Identifier: MIT
+ * The heat method and the variational method: heat, directions, a Poisson equation. Factors or a multigrid hierarchy are
+ * made once and serve any number of sources. */
+#include "base/allocate.h"
+#include "base/os.h"
+#include "operator/laplacian.h"
+#include "solver/geodesic/poisson/poisson_internal.h"
+
+#include <inttypes.h>
+#include <math.h>
+
+void poisson_clock(poisson *p, loxo_geodesic_phase phase, loxo_geodesic_info *info)
+{
+    const double now = loxo_os_clock_s();
+    info->phase_s[phase] += now - p->clock_s;
+    p->clock_s = now;
+}
+
+static void poisson_destroy(void *state)
+{
+    poisson *p = state;
+    if (p == NULL) return;
+    loxo_context *ctx = p->ctx;
+    loxo_cholesky_destroy(p->poisson_factor);
+    loxo_cholesky_destroy(p->heat_factor[0]);
+    loxo_cholesky_destroy(p->heat_factor[1]);
+    loxo_cg_destroy(p->cg);
+    loxo_multigrid_destroy(p->multigrid);
+    loxo_csr_destroy(ctx, &p->matrix);
+    geodesic_engine_edge.destroy(p->marching);
+    loxo_release(ctx, p->label);
+    loxo_release(ctx, p->set_shift);
+    loxo_release(ctx, p->heat);
+    loxo_release(ctx, p->heat_scale);
+    loxo_release(ctx, p->own_field);
+    loxo_release(ctx, p->right_side);
+    loxo_release(ctx, p->dual);
+    loxo_release(ctx, p);
+}
+
+static loxo_status poisson_create(const geodesic_problem *problem, void **state)
+{
+    loxo_status status;
+    poisson *p = loxo_allocate_zero(problem->ctx, 1, sizeof *p);
+    *state = p;
+    if (p == NULL) return LOXO_ERR_MEMORY;
+    p->problem = problem;
+    p->ctx = problem->ctx;
+    p->m = problem->m;
+    p->settings = problem->settings;
+    if (p->settings.factor == LOXO_FACTOR_CHOLESKY && !loxo_cholesky_is_there())
+        return loxo_fail(p->ctx, LOXO_ERR_UNSUPPORTED,
+                         "geodesic: this build has no CHOLMOD; --factor multigrid does without");
+    if (p->settings.method == LOXO_GEODESIC_VARIATIONAL) {
+        p->dual = loxo_allocate(p->ctx, 2 * p->m.n_faces, sizeof *p->dual);
+        if (p->dual == NULL) return LOXO_ERR_MEMORY;
+        p->workspace_bytes += (size_t)p->m.n_faces * 16;
+    }
+    if ((status = poisson_prepare_recovery(p)) < 0) return status;
+    if (loxo_stop_wanted(p->ctx, "factor", 0.5)) return loxo_fail(p->ctx, LOXO_ERR_STOPPED, "geodesic: stopped");
+    return poisson_prepare_heat(p);
+}
+
+static loxo_status judge(const poisson *p, loxo_status status, const loxo_geodesic_info *info)
+{
+    if (info->n_nonpositive_heat > 0)
+        loxo_warn(p->ctx, "geodesic-nonpositive", info->n_nonpositive_heat,
+                  "the heat of %" PRId64 " vertices is not positive (obtuse triangles); distances near them suffer",
+                  info->n_nonpositive_heat);
+    if (info->n_lost_heat > 0)
+        return loxo_fail(p->ctx, LOXO_CHECK_FAILED,
+                         "geodesic: the heat of %" PRId64
+                         " vertices is below the range of numbers: their distances mean "
+                         "nothing; --factor multigrid, or a larger --time-factor, reaches them",
+                         info->n_lost_heat);
+    if (status == LOXO_OK && p->marching != NULL && p->settings.diffusion == LOXO_DIFFUSION_MARCHING &&
+        !info->diffusion_converged)
+        return loxo_fail(p->ctx, LOXO_NOT_CONVERGED, "geodesic: the diffusion did not settle");
+    return status;
+}
+
+static loxo_status poisson_solve(void *state, const geodesic_seed *seeds, int64_t n_seeds, double *distance,
+                                 loxo_index *nearest, loxo_geodesic_info *info)
+{
+    poisson *p = state;
+    const int64_t n = p->m.n_vertices;
+    p->clock_s = loxo_os_clock_s();
+    info->stop_reason = LOXO_STOP_TOLERANCE;
+    loxo_status status = poisson_shift(p, seeds, n_seeds, NULL); /* which components have sources */
+    if (status >= 0) status = poisson_find_field(p, seeds, n_seeds, distance, info);
+    if (status < 0) return status;
+    for (int64_t v = 0; v < n; ++v)
+        distance[v] = 0.0;
+    status = poisson_solve_field(p, distance, info);
+    poisson_clock(p, LOXO_GEODESIC_PHASE_POISSON, info);
+    if (status == LOXO_STOPPED) return loxo_fail(p->ctx, LOXO_ERR_STOPPED, "geodesic: stopped");
+    if (status == LOXO_OK && p->dual != NULL) {
+        status = poisson_vary(p, distance, info);
+        if (status == LOXO_STOPPED) info->stop_reason = LOXO_STOP_MONITOR;
+        poisson_clock(p, LOXO_GEODESIC_PHASE_ADMM, info);
+    }
+    if (status < 0) return status;
+    const loxo_status of_solve = status;
+    if ((status = poisson_shift(p, seeds, n_seeds, distance)) < 0) return status;
+    if (nearest != NULL && (status = geodesic_label_nearest(p->problem, seeds, n_seeds, distance, nearest)) < 0)
+        return status;
+    poisson_clock(p, LOXO_GEODESIC_PHASE_INTEGRATE, info);
+    info->workspace_bytes = p->workspace_bytes;
+    return judge(p, of_solve, info);
+}
+
+/* Entries a row of a factor of a Laplacian, somewhat above those of bumpy spheres of 1e4 to 1e6 vertices: 73 to 93. */
+static double factor_entries(double n) { return n > 100.0 ? 4.2 * log2(n) + 16.0 : 0.5 * n; }
+
+static size_t poisson_bytes(const geodesic_problem *problem)
+{
+    const int64_t n = problem->m.n_vertices, n_faces = problem->m.n_faces;
+    size_t bytes = (size_t)n * 8 + (problem->settings.method == LOXO_GEODESIC_VARIATIONAL ? (size_t)n_faces * 16 : 0);
+    if (problem->settings.factor == LOXO_FACTOR_CHOLESKY) {
+        const int n_factors = problem->n_boundary_edges > 0 ? 3 : 2;
+        return bytes + (size_t)n * 12 + (size_t)n_faces * 24 +
+               (size_t)((double)(n_factors * n) * (96.0 + 8.0 * factor_entries((double)n)));
+    }
+    geodesic_problem marching = *problem;
+    marching.settings.method = LOXO_GEODESIC_EDGE;
+    marching.settings.global_constraints = false;
+    bytes += geodesic_engine_edge.bytes(&marching);
+    return bytes + loxo_laplacian_bytes(n, n_faces, problem->n_boundary_edges) - (size_t)n_faces * 32 +
+           (size_t)n * 120 + loxo_cg_bytes(n);
+}
+
+/* vertex_ns: by multigrid at 1M vertices, as for the edge-based method. */
+const geodesic_engine geodesic_engine_heat = {
+    .bytes = poisson_bytes,
+    .vertex_ns = 1000.0,
+    .create = poisson_create,
+    .solve = poisson_solve,
+    .destroy = poisson_destroy,
+};
+
+const geodesic_engine geodesic_engine_variational = {
+    .bytes = poisson_bytes,
+    .vertex_ns = 6000.0,
+    .create = poisson_create,
+    .solve = poisson_solve,
+    .destroy = poisson_destroy,
+};

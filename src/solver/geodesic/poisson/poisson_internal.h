@@ -1,0 +1,59 @@
+/* SPDX-License-Identifier: MIT
+ * Inside of the heat methods that recover the distance by Poisson equations. */
+#ifndef LOXO_GEODESIC_POISSON_INTERNAL_H
+#define LOXO_GEODESIC_POISSON_INTERNAL_H
+
+#include "algebra/cg.h"
+#include "algebra/cholesky.h"
+#include "algebra/multigrid.h"
+#include "solver/geodesic/parallel_heat/parallel_heat_internal.h"
+
+typedef struct poisson {
+    const geodesic_problem *problem;
+    loxo_context *ctx;
+    loxo_mesh_view m;
+    loxo_geodesic_settings settings;
+    double clock_s;
+    size_t workspace_bytes;
+
+    /* components, by the matrix: label [n_vertices], NULL where there is one */
+    loxo_index *label;
+    int64_t n_sets;
+    double *set_shift; /* [n_sets] what is taken off distances; +infinity: no source there */
+
+    /* LOXO_FACTOR_CHOLESKY */
+    loxo_cholesky *poisson_factor;
+    loxo_cholesky *heat_factor[2]; /* natural boundary; heat 0 at the boundary, where there is one */
+    double *heat;                  /* [n_vertices] */
+    int32_t *heat_scale;           /* [n_vertices] */
+    /* LOXO_FACTOR_MULTIGRID */
+    loxo_csr matrix;
+    loxo_multigrid *multigrid;
+    loxo_cg *cg;
+    geodesic_problem marching_problem; /* ours, for the edge-based method, whose diffusion is used */
+    parallel_heat *marching;
+
+    double *field;      /* [3 n_faces] see poisson_kernel.h; in the marching method's workspace, where there is one */
+    double *own_field;  /* else here */
+    double *right_side; /* [n_vertices] */
+    double *dual;       /* [2 n_faces] q of the variational method, else NULL */
+} poisson;
+
+void poisson_clock(poisson *p, loxo_geodesic_phase phase, loxo_geodesic_info *info);
+
+/* heat.c: what the mesh alone decides of the heat; then, from the seeds, field: the products of the direction in which heat
+ * falls with the half-edges. */
+loxo_status poisson_prepare_heat(poisson *p);
+loxo_status poisson_find_field(poisson *p, const geodesic_seed *seeds, int64_t n_seeds, double *work,
+                               loxo_geodesic_info *info);
+
+/* recover.c: matrices or factors of the Poisson equation; the distance, up to constants, from field, which is used up. */
+loxo_status poisson_prepare_recovery(poisson *p);
+loxo_status poisson_solve_field(poisson *p, double *distance, loxo_geodesic_info *info);
+/* Makes distances vanish at the seeds, and infinite in components without. */
+loxo_status poisson_shift(poisson *p, const geodesic_seed *seeds, int64_t n_seeds, double *distance);
+
+/* variational.c: moves the distance of the heat method to less (|grad d| - 1)^2. */
+loxo_status poisson_vary(poisson *p, double *distance, loxo_geodesic_info *info);
+
+#endif
