@@ -31,7 +31,7 @@ static void exact_destroy(void *state)
     loxo_context *ctx = s->problem->ctx;
     exact_pool_destroy(ctx, &s->pool);
     exact_queue_destroy(ctx, &s->queue);
-    loxo_release(ctx, s->work);
+    exact_work_destroy(ctx, &s->work);
     loxo_arena_destroy(ctx, &s->arena);
     loxo_release(ctx, s);
 }
@@ -48,7 +48,7 @@ static void forget_front(exact_state *s)
         for (int64_t v = q.begin; v < q.end; ++v)
             s->known[v] = (uint8_t)(s->known[v] & ~EXACT_QUEUED);
     }
-    s->queue.n = 0;
+    exact_queue_clear(&s->queue);
     exact_pool_clear(&s->pool);
 }
 
@@ -77,7 +77,7 @@ static loxo_status propagate(exact_state *s, bool *is_stopped)
     int64_t n_taken = 0;
     loxo_status status = LOXO_OK;
     while (s->queue.n > 0 && status >= 0) {
-        const uint32_t item = exact_queue_pop(&s->queue).item;
+        const uint32_t item = exact_queue_pop(&s->queue);
         if (item < first_vertex) {
             status = exact_pass_on(s, (loxo_index)item);
         } else if (s->known[item - first_vertex] & EXACT_QUEUED) {
@@ -114,8 +114,8 @@ static void find_nearest(const exact_state *s, loxo_index *nearest)
 
 static size_t bytes_held(const exact_state *s)
 {
-    return s->arena.size + exact_pool_bytes(&s->pool) + (size_t)s->queue.capacity * sizeof *s->queue.heap +
-           (size_t)s->n_work * sizeof *s->work;
+    return s->arena.size + exact_pool_bytes(&s->pool) + (size_t)s->queue.room * sizeof *s->queue.entry +
+           (size_t)s->work.room * 2 * (sizeof(exact_taken) + sizeof(struct exact_place));
 }
 
 static loxo_status exact_solve(void *state, const geodesic_seed *seeds, int64_t n_seeds, double *distance,
@@ -132,6 +132,7 @@ static loxo_status exact_solve(void *state, const geodesic_seed *seeds, int64_t 
     s->max_distance = s->problem->settings.max_distance;
     s->n_windows = s->n_bends = s->n_reached = 0;
     s->pool.peak_live = 0;
+    s->queue.last = 0;
 #pragma omp parallel num_threads(loxo_threads_for(s->ctx, s->m.n_vertices, 0.5))
     {
         const loxo_range r = loxo_thread_range(s->m.n_vertices);

@@ -24,49 +24,60 @@ typedef struct exact_reach {
 /* ---- windows ---- */
 
 #define EXACT_NONE       UINT32_MAX
-#define EXACT_CHUNK_BITS 12
+#define EXACT_CHUNK_BITS 10
+#define EXACT_BLOCK      7
 
-typedef struct exact_node {
-    k_window w;
-    exact_origin origin;
-    uint32_t next; /* in its list, or of the free ones */
-} exact_node;
+/* Windows of one list, oldest first; only the newest block of a list, its first, may be not full. A block is five cache
+ * lines: one window a node would mean one wait for memory a window. */
+typedef struct exact_block {
+    k_window w[EXACT_BLOCK];
+    exact_origin origin[EXACT_BLOCK];
+    uint32_t n;
+    uint32_t next; /* older of its list, or of the free ones */
+} exact_block;
 
-/* Nodes by number; chunks stay where they are while there are more. */
+/* Blocks by number; chunks stay where they are while there are more. */
 typedef struct exact_pool {
-    exact_node **chunk;
+    exact_block **chunk;
     int64_t n_chunks, capacity;
     uint32_t first_free;
-    int64_t n_live, peak_live;
+    int64_t n_live, peak_live; /* windows */
 } exact_pool;
 
-static inline exact_node *exact_pool_node(const exact_pool *pool, uint32_t id)
+static inline exact_block *exact_pool_block(const exact_pool *pool, uint32_t id)
 {
     return &pool->chunk[id >> EXACT_CHUNK_BITS][id & ((1u << EXACT_CHUNK_BITS) - 1)];
 }
 
-/* Makes free nodes when there are none. */
+/* Makes free blocks when there are none. */
 loxo_status exact_pool_grow(loxo_context *ctx, exact_pool *pool);
-/* Forgets all nodes and keeps the chunks. */
+/* Forgets all windows and keeps the chunks. */
 void exact_pool_clear(exact_pool *pool);
 size_t exact_pool_bytes(const exact_pool *pool);
 void exact_pool_destroy(loxo_context *ctx, exact_pool *pool);
 
 /* ---- the queue ---- */
 
-/* Smallest key first, of equal keys the smallest item. */
+/* Smallest key first; of equal keys the one that was put in last. Keys are the bits of floats >= 0, which are in the order of
+ * the numbers; one below the last that was taken counts as that. A radix heap (Ahuja, Mehlhorn, Orlin, Tarjan 1990): bin b
+ * has the keys whose highest bit that differs from the last key taken is bit b - 1; a bin that comes to the front is dealt
+ * out to those before it. No comparisons, which a processor would guess wrong. */
+#define EXACT_BINS 33
+
 typedef struct exact_entry {
-    float key;
-    uint32_t item; /* half-edge h, or 3 n_faces + vertex */
+    uint32_t key, item; /* half-edge h, or 3 n_faces + vertex */
+    uint32_t next;
 } exact_entry;
 
 typedef struct exact_queue {
-    exact_entry *heap;
-    int64_t n, capacity;
+    exact_entry *entry; /* [room] */
+    int64_t n, room;    /* n in the bins */
+    uint32_t bin[EXACT_BINS], first_free, last;
 } exact_queue;
 
-loxo_status exact_queue_push(loxo_context *ctx, exact_queue *queue, exact_entry entry);
-exact_entry exact_queue_pop(exact_queue *queue); /* n > 0 */
+loxo_status exact_queue_push(loxo_context *ctx, exact_queue *queue, double key, uint32_t item);
+uint32_t exact_queue_pop(exact_queue *queue); /* n > 0 */
+void exact_queue_clear(exact_queue *queue);
 void exact_queue_destroy(loxo_context *ctx, exact_queue *queue);
 
 /* ---- a solver ---- */
@@ -79,12 +90,24 @@ enum {
     EXACT_QUEUED = 8,    /* bends, and its distance got smaller since it last sent windows */
 };
 
-typedef struct exact_sorted {
+typedef struct exact_taken {
     k_window w;
     exact_origin origin;
     double sight; /* where the line from the source to the apex crosses the base */
-    double way;   /* length by this window to the apex */
-} exact_sorted;
+    double way;   /* length of that line and what is before its source */
+} exact_taken;
+
+/* Of the list that is passed on; all [room]. */
+typedef struct exact_work {
+    exact_taken *taken, *kept; /* as they came; by position, without those that others make needless */
+    struct exact_place {
+        double begin;
+        int64_t i;
+    } * place, *other_place;
+    int64_t room;
+} exact_work;
+
+void exact_work_destroy(loxo_context *ctx, exact_work *work);
 
 typedef struct exact_state {
     loxo_context *ctx;
@@ -99,8 +122,7 @@ typedef struct exact_state {
     uint8_t *known;     /* [n_vertices] */
     exact_pool pool;
     exact_queue queue;
-    exact_sorted *work; /* [n_work] the list that is passed on */
-    int64_t n_work;
+    exact_work work;
     /* of the last solve */
     double *distance; /* the caller's */
     const geodesic_seed *seeds;
@@ -115,18 +137,24 @@ loxo_status exact_improve(exact_state *s, loxo_index vertex, double distance, ex
 loxo_status exact_add(exact_state *s, loxo_index h, const k_window *w, exact_origin origin, double key);
 /* Takes the list of half-edge h across the face of h. */
 loxo_status exact_pass_on(exact_state *s, loxo_index h);
-/* Sorts windows of one half-edge and takes away what others make needless; returns how many are left. The face that they
- * have crossed lies below the edge, its third corner at (corner_x, -corner_y). */
-int64_t exact_prune(exact_sorted *work, int64_t n, double length, double corner_x, double corner_y);
+/* Sorts n taken windows of one half-edge into kept, without what others make needless; returns how many that are. The face
+ * that they have crossed lies below the edge, its third corner at (corner_x, -corner_y). */
+int64_t exact_prune(exact_work *work, int64_t n, double length, double corner_x, double corner_y);
 /* Windows from a seed, and from a vertex whose distance stands. */
 loxo_status exact_send_from_seed(exact_state *s, int64_t seed);
 loxo_status exact_send_from_vertex(exact_state *s, loxo_index vertex);
 /* EXACT_LOOKED_AT and what goes with it. */
 uint8_t exact_look_at(const exact_state *s, loxo_index vertex);
 
-static inline exact_entry exact_entry_of_vertex(const exact_state *s, loxo_index vertex)
+static inline loxo_status exact_queue_halfedge(exact_state *s, loxo_index h, double key)
 {
-    return (exact_entry){(float)(s->distance[vertex] * s->key_scale), (uint32_t)(3 * s->m.n_faces) + (uint32_t)vertex};
+    return exact_queue_push(s->ctx, &s->queue, key * s->key_scale, (uint32_t)h);
+}
+
+static inline loxo_status exact_queue_vertex(exact_state *s, loxo_index vertex)
+{
+    return exact_queue_push(s->ctx, &s->queue, s->distance[vertex] * s->key_scale,
+                            (uint32_t)(3 * s->m.n_faces) + (uint32_t)vertex);
 }
 
 /* A bound with its slack for windows on an edge of that length. */

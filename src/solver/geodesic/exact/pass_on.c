@@ -25,62 +25,99 @@ loxo_status exact_improve(exact_state *s, loxo_index vertex, double distance, ex
     if (!(known & EXACT_BENDS)) return LOXO_OK;
     if (!(known & EXACT_QUEUED) && old - distance <= 1e-14 * distance) return LOXO_OK; /* its windows are as good */
     s->known[vertex] = (uint8_t)(known | EXACT_QUEUED);
-    return exact_queue_push(s->ctx, &s->queue, exact_entry_of_vertex(s, vertex));
+    return exact_queue_vertex(s, vertex);
 }
 
 loxo_status exact_add(exact_state *s, loxo_index h, const k_window *w, exact_origin origin, double key)
 {
-    loxo_status status;
-    exact_node *node;
-    uint32_t id;
-    if (s->pool.first_free == EXACT_NONE && (status = exact_pool_grow(s->ctx, &s->pool)) < 0) return status;
-    id = s->pool.first_free;
-    node = exact_pool_node(&s->pool, id);
-    s->pool.first_free = node->next;
-    s->pool.n_live += 1;
-    if (s->pool.n_live > s->pool.peak_live) s->pool.peak_live = s->pool.n_live;
-    *node = (exact_node){.w = *w, .origin = origin, .next = s->list[h]};
-    if (s->list[h] == EXACT_NONE) {
+    exact_pool *pool = &s->pool;
+    uint32_t id = s->list[h];
+    exact_block *block = id != EXACT_NONE ? exact_pool_block(pool, id) : NULL;
+    pool->n_live += 1;
+    if (pool->n_live > pool->peak_live) pool->peak_live = pool->n_live;
+    if (block == NULL || block->n == EXACT_BLOCK) {
+        const uint32_t older = id;
+        loxo_status status = LOXO_OK;
+        if (pool->first_free == EXACT_NONE) status = exact_pool_grow(s->ctx, pool);
+        if (status >= 0 && older == EXACT_NONE) status = exact_queue_halfedge(s, h, key);
+        if (status < 0) return status;
+        id = pool->first_free;
+        block = exact_pool_block(pool, id);
+        pool->first_free = block->next;
+        block->n = 0;
+        block->next = older;
         s->list[h] = id;
-        return exact_queue_push(s->ctx, &s->queue, (exact_entry){(float)(key * s->key_scale), (uint32_t)h});
     }
-    s->list[h] = id;
+    block->w[block->n] = *w;
+    block->origin[block->n] = origin;
+    block->n += 1;
     return LOXO_OK;
 }
 
 static loxo_status reserve_work(exact_state *s, int64_t n)
 {
-    const int64_t n_work = 2 * n;
-    exact_sorted *work = loxo_reallocate(s->ctx, s->work, n_work, sizeof *work);
-    if (work == NULL) return LOXO_ERR_MEMORY;
-    s->work = work;
-    s->n_work = n_work;
+    exact_work *work = &s->work;
+    const int64_t room = 2 * n;
+    exact_work more = {.room = room};
+    more.taken = loxo_allocate(s->ctx, room, sizeof *more.taken);
+    more.kept = loxo_allocate(s->ctx, room, sizeof *more.kept);
+    more.place = loxo_allocate(s->ctx, room, sizeof *more.place);
+    more.other_place = loxo_allocate(s->ctx, room, sizeof *more.other_place);
+    if (more.taken == NULL || more.kept == NULL || more.place == NULL || more.other_place == NULL) {
+        exact_work_destroy(s->ctx, &more);
+        return LOXO_ERR_MEMORY;
+    }
+    exact_work_destroy(s->ctx, work);
+    *work = more;
     return LOXO_OK;
 }
 
-/* Moves the list of h to the work array, without what the distances of the edge's ends make needless. */
+void exact_work_destroy(loxo_context *ctx, exact_work *work)
+{
+    loxo_release(ctx, work->taken);
+    loxo_release(ctx, work->kept);
+    loxo_release(ctx, work->place);
+    loxo_release(ctx, work->other_place);
+}
+
+/* Moves the list of h to the work arrays in the order in which it came, without what the distances of the edge's ends make
+ * needless. */
 static loxo_status take_list(exact_state *s, loxo_index h, double length, double start_bound, double end_bound,
                              int64_t *n_taken)
 {
-    int64_t n = 0;
-    uint32_t id = s->list[h];
-    s->list[h] = EXACT_NONE;
-    while (id != EXACT_NONE) {
-        exact_node *node = exact_pool_node(&s->pool, id);
-        const uint32_t next = node->next;
-        if (n == s->n_work) {
-            const loxo_status status = reserve_work(s, n + 32);
-            if (status < 0) return status;
+    exact_pool *pool = &s->pool;
+    exact_taken *taken;
+    int64_t n_listed = 0, at, n = 0;
+    for (uint32_t id = s->list[h]; id != EXACT_NONE; id = exact_pool_block(pool, id)->next)
+        n_listed += exact_pool_block(pool, id)->n;
+    if (n_listed > s->work.room) {
+        const loxo_status status = reserve_work(s, n_listed + 64);
+        if (status < 0) return status;
+    }
+    taken = s->work.taken;
+    at = n_listed;
+    for (uint32_t id = s->list[h]; id != EXACT_NONE;) {
+        exact_block *block = exact_pool_block(pool, id);
+        const uint32_t older = block->next;
+        at -= block->n;
+        for (uint32_t i = 0; i < block->n; ++i) {
+            taken[at + i].w = block->w[i];
+            taken[at + i].origin = block->origin[i];
         }
-        s->work[n].w = node->w;
-        s->work[n].origin = node->origin;
-        k_window_cut_start(&s->work[n].w, start_bound);
-        k_window_cut_end(&s->work[n].w, length, end_bound);
-        if (s->work[n].w.begin < s->work[n].w.end) n += 1;
-        node->next = s->pool.first_free;
-        s->pool.first_free = id;
-        s->pool.n_live -= 1;
-        id = next;
+        block->next = pool->first_free;
+        pool->first_free = id;
+        id = older;
+    }
+    s->list[h] = EXACT_NONE;
+    pool->n_live -= n_listed;
+    for (int64_t i = 0; i < n_listed; ++i) {
+        k_window w = taken[i].w;
+        k_window_cut_start(&w, start_bound);
+        k_window_cut_end(&w, length, end_bound);
+        if (!(w.begin < w.end)) continue;
+        taken[n].w = w;
+        taken[n].origin = taken[i].origin;
+        n += 1;
     }
     *n_taken = n;
     return LOXO_OK;
@@ -118,27 +155,37 @@ loxo_status exact_pass_on(exact_state *s, loxo_index h)
     loxo_status status =
         take_list(s, h, length[0], exact_bound(s->distance[a], length[0]), exact_bound(s->distance[b], length[0]), &n);
     if (status < 0) return status;
+    exact_taken *window = s->work.taken;
     if (n > 1) {
         double below[3];
         const k_layout crossed = k_layout_at(m, m->halfedge_twin[h], below);
-        n = exact_prune(s->work, n, length[0], length[0] - crossed.x2, crossed.y2);
+        n = exact_prune(&s->work, n, length[0], length[0] - crossed.x2, crossed.y2);
+        window = s->work.kept;
     }
     s->n_windows += n;
 
     /* The apex. A way that bends in the base is a way, too: it closes gaps as wide as rounding errors. */
+    double best = s->distance[c], best_at = 0.0;
+    int64_t best_i = -1;
     for (int64_t i = 0; i < n; ++i) {
-        exact_sorted *e = &s->work[i];
+        exact_taken *e = &window[i];
         const k_window *w = &e->w;
         const double below = w->y + y2;
         e->sight = below > 0.0 ? w->x + (x2 - w->x) * (w->y / below) : x2;
         e->way = k_window_way(w, x2, y2);
-        if (e->way < s->distance[c]) {
+        if (e->way < best) {
             const double at = most(w->begin, least(w->end, e->sight));
             double way = e->way;
             if (at != e->sight) way = k_window_way(w, at, 0.0) + sqrt((at - x2) * (at - x2) + y2 * y2);
-            if ((status = exact_improve(s, c, way, (exact_reach){at, h, e->origin})) < 0) return status;
+            if (way < best) {
+                best = way;
+                best_at = at;
+                best_i = i;
+            }
         }
     }
+    if (best_i >= 0 && (status = exact_improve(s, c, best, (exact_reach){best_at, h, window[best_i].origin})) < 0)
+        return status;
 
     const double apex_bound = exact_bound(s->distance[c], length[0]);
     const bool is_through = s->reach[c].via == h && s->reach[c].at >= 0.0;
@@ -168,7 +215,7 @@ loxo_status exact_pass_on(exact_state *s, loxo_index h)
         .key = least(s->distance[b], s->distance[c]),
     };
     for (int64_t i = 0; i < n; ++i) {
-        const exact_sorted e = s->work[i];
+        const exact_taken e = window[i];
         double split_left = e.sight, split_right = e.sight;
         if (is_through && e.way > apex_bound) {
             split_left = least(split_left, through);

@@ -110,51 +110,55 @@ static verdict compare_crossing(k_window *a, k_window *b, double length, double 
     return BOTH_STAY;
 }
 
-static void sort_by_begin(exact_sorted *work, int64_t n)
+/* Merges ascending runs until there is one; lists come as two or three. Returns the array that holds it. */
+static struct exact_place *sort_by_begin(struct exact_place *place, struct exact_place *other, int64_t n)
 {
-    int64_t gap = 1;
-    while (gap < n / 9)
-        gap = 3 * gap + 1;
-    for (; gap > 0; gap /= 3) {
-        for (int64_t i = gap; i < n; ++i) {
-            const exact_sorted e = work[i];
-            int64_t k = i;
-            while (k >= gap && work[k - gap].w.begin > e.w.begin) {
-                work[k] = work[k - gap];
-                k -= gap;
-            }
-            work[k] = e;
+    for (;;) {
+        struct exact_place *const swap = place;
+        int64_t n_runs = 0, out = 0;
+        for (int64_t i = 0; i < n; ++n_runs) {
+            int64_t a = i, a_end = i + 1, b, b_end;
+            while (a_end < n && place[a_end].begin >= place[a_end - 1].begin)
+                ++a_end;
+            b = b_end = a_end;
+            if (a == 0 && a_end == n) return place;
+            if (b < n)
+                for (++b_end; b_end < n && place[b_end].begin >= place[b_end - 1].begin;)
+                    ++b_end;
+            while (a < a_end || b < b_end)
+                other[out++] = b == b_end || (a < a_end && place[a].begin <= place[b].begin) ? place[a++] : place[b++];
+            i = b_end;
         }
+        place = other;
+        other = swap;
+        if (n_runs <= 1) return place;
     }
 }
 
-int64_t exact_prune(exact_sorted *work, int64_t n, double length, double corner_x, double corner_y)
+int64_t exact_prune(exact_work *work, int64_t n, double length, double corner_x, double corner_y)
 {
+    exact_taken *kept = work->kept;
+    const struct exact_place *place;
     int64_t n_kept = 0;
-    sort_by_begin(work, n);
+    for (int64_t i = 0; i < n; ++i)
+        work->place[i] = (struct exact_place){work->taken[i].w.begin, i};
+    place = sort_by_begin(work->place, work->other_place, n);
     for (int64_t i = 0; i < n; ++i) {
-        exact_sorted e = work[i];
+        exact_taken e = work->taken[place[i].i];
         bool stays = true;
         while (stays && n_kept > 0) {
-            k_window *a = &work[n_kept - 1].w, *b = &e.w;
-            const verdict v = a->end > b->begin && b->end > a->begin ? compare_overlap(a, b) : BOTH_STAY;
-            if (v == SECOND_GOES || !(b->begin < b->end)) {
+            k_window *a = &kept[n_kept - 1].w, *b = &e.w;
+            verdict v = BOTH_STAY;
+            if (a->end > b->begin && b->end > a->begin) v = compare_overlap(a, b);
+            if (v == BOTH_STAY && a->end <= b->begin) v = compare_crossing(a, b, length, corner_x, corner_y);
+            if (v == SECOND_GOES || !(b->begin < b->end))
                 stays = false;
-            } else if (v == FIRST_GOES || !(a->begin < a->end)) {
+            else if (v == FIRST_GOES || !(a->begin < a->end))
                 n_kept -= 1;
-            } else {
-                verdict u = BOTH_STAY;
-                if (a->end <= b->begin) u = compare_crossing(a, b, length, corner_x, corner_y);
-                if (u == SECOND_GOES) {
-                    stays = false;
-                } else if (u == FIRST_GOES) {
-                    n_kept -= 1;
-                } else {
-                    break;
-                }
-            }
+            else
+                break;
         }
-        if (stays) work[n_kept++] = e;
+        if (stays) kept[n_kept++] = e;
     }
     return n_kept;
 }

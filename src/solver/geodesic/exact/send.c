@@ -205,7 +205,7 @@ static loxo_status start_at(exact_state *s, loxo_index vertex, double distance, 
     const loxo_status status = exact_improve(s, vertex, distance, reach);
     if (status < 0 || !is_better || !is_start || (s->known[vertex] & EXACT_QUEUED)) return status;
     s->known[vertex] |= EXACT_QUEUED;
-    return exact_queue_push(s->ctx, &s->queue, exact_entry_of_vertex(s, vertex));
+    return exact_queue_vertex(s, vertex);
 }
 
 loxo_status exact_send_from_seed(exact_state *s, int64_t seed)
