@@ -13,10 +13,10 @@
 typedef int32_t exact_origin;
 
 /* Last straight piece of a vertex's shortest way, read backwards: from the vertex across its opposite half-edge `via`, at
- * `at` along it, and on to the origin. at < 0: it does not leave via's face, where the seed lies. via < 0: the vertex is
- * a seed. Only for vertices with a finite distance. */
+ * `at` along it, and on to the origin, which lies at (x, -y) in the frame of via. at < 0: it does not leave via's face, where
+ * the seed lies. via < 0: the vertex is a seed. Only for vertices with a finite distance. */
 typedef struct exact_reach {
-    double at;
+    double at, x, y;
     loxo_index via;
     exact_origin origin;
 } exact_reach;
@@ -145,6 +145,25 @@ loxo_status exact_send_from_seed(exact_state *s, int64_t seed);
 loxo_status exact_send_from_vertex(exact_state *s, loxo_index vertex);
 /* EXACT_LOOKED_AT and what goes with it. */
 uint8_t exact_look_at(const exact_state *s, loxo_index vertex);
+
+/* ---- ways back ---- */
+
+/* A point of a way: a vertex, a seed inside a face, or on a half-edge at `at` of its length, 0 to 1. What it is not is -1. */
+typedef struct exact_stop {
+    loxo_index vertex, halfedge;
+    int64_t seed;
+    double at;
+} exact_stop;
+
+typedef struct exact_way {
+    exact_stop *stop; /* [n] */
+    int64_t n, room;
+} exact_way;
+
+/* Adds the shortest way of the last solve from a vertex with a finite distance to its source, the vertex first: straight
+ * between places where it bends, across every edge between. LOXO_OK, LOXO_ERR_MEMORY, LOXO_ERR_NUMERIC: lost (element). */
+loxo_status exact_trace(const exact_state *s, loxo_index vertex, exact_way *way);
+void exact_way_destroy(loxo_context *ctx, exact_way *way);
 
 static inline loxo_status exact_queue_halfedge(exact_state *s, loxo_index h, double key)
 {

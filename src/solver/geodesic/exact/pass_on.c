@@ -184,7 +184,9 @@ loxo_status exact_pass_on(exact_state *s, loxo_index h)
             }
         }
     }
-    if (best_i >= 0 && (status = exact_improve(s, c, best, (exact_reach){best_at, h, window[best_i].origin})) < 0)
+    if (best_i >= 0 &&
+        (status = exact_improve(
+             s, c, best, (exact_reach){best_at, window[best_i].w.x, window[best_i].w.y, h, window[best_i].origin})) < 0)
         return status;
 
     const double apex_bound = exact_bound(s->distance[c], length[0]);

@@ -62,8 +62,9 @@ static loxo_status send_across(exact_state *s, loxo_index h, const k_layout *fac
     const loxo_index across = k_next(h), previous = k_previous(h), target = m->halfedge_twin[across];
     const loxo_index vertex = m->halfedge_vertex[h], p = m->halfedge_vertex[across], q = m->halfedge_vertex[previous];
     const double base = length[1], distance = s->distance[vertex];
-    loxo_status status = exact_improve(s, p, distance + length[0], (exact_reach){length[2], previous, vertex});
-    if (status >= 0) status = exact_improve(s, q, distance + length[2], (exact_reach){0.0, h, vertex});
+    loxo_status status =
+        exact_improve(s, p, distance + length[0], (exact_reach){length[2], length[2], 0.0, previous, vertex});
+    if (status >= 0) status = exact_improve(s, q, distance + length[2], (exact_reach){0.0, 0.0, 0.0, h, vertex});
     if (status < 0 || target < 0 || !(base > 0.0)) return status;
     /* The target runs from q to p, and the vertex lies below it: its foot is so far from p. */
     const double foot = length[0] * ((length[0] - face->x2) / base);
@@ -214,7 +215,7 @@ loxo_status exact_send_from_seed(exact_state *s, int64_t seed)
     const geodesic_seed *from = &s->seeds[seed];
     const exact_origin origin = (exact_origin)(-1 - seed);
     loxo_status status = LOXO_OK;
-    if (from->vertex >= 0) return start_at(s, from->vertex, 0.0, (exact_reach){-1.0, -1, origin}, true);
+    if (from->vertex >= 0) return start_at(s, from->vertex, 0.0, (exact_reach){-1.0, 0.0, 0.0, -1, origin}, true);
     for (int k = 0; k < 3 && status >= 0; ++k) {
         const loxo_index h = (loxo_index)(3 * (int64_t)from->face + k), target = m->halfedge_twin[h];
         double length[3];
@@ -222,7 +223,7 @@ loxo_status exact_send_from_seed(exact_state *s, int64_t seed)
         const double along = from->weight[(k + 1) % 3], across = from->weight[(k + 2) % 3];
         const double px = along * length[0] + across * face.x2, py = across * face.y2,
                      distance = sqrt(px * px + py * py);
-        status = start_at(s, m->halfedge_vertex[h], distance, (exact_reach){-1.0, k_next(h), origin},
+        status = start_at(s, m->halfedge_vertex[h], distance, (exact_reach){-1.0, 0.0, 0.0, k_next(h), origin},
                           !(distance > AT_CORNER * (length[0] + length[2])));
         if (status >= 0 && target >= 0 && length[0] > 0.0)
             status = exact_add(s, target, &(k_window){.end = length[0], .x = length[0] - px, .y = py}, origin, 0.0);
