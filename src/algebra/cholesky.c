@@ -2,6 +2,7 @@
 #include "algebra/cholesky.h"
 
 #include "base/allocate.h"
+#include "base/os.h"
 #include "loxo_config.h"
 
 #include <inttypes.h>
@@ -11,16 +12,66 @@
 
 #include <suitesparse/cholmod.h>
 
-/* The interface with 64-bit integers: the factor of a mesh of 30 million vertices has over 2^31 entries. */
+#define TEXT_OF(x)  #x
+#define VALUE_OF(x) TEXT_OF(x)
+#define LIBRARY     "libcholmod.so." VALUE_OF(CHOLMOD_MAIN_VERSION)
+
+/* What is called of it, found when the first factor is made: CHOLMOD brings BLAS, LAPACK and the runtime of Fortran, which
+ * otherwise every program would load with us. The interface with 64-bit integers: the factor of a mesh of 30 million
+ * vertices has over 2^31 entries. */
+typedef struct cholmod_calls {
+    __typeof__(&cholmod_l_start) start;
+    __typeof__(&cholmod_l_finish) finish;
+    __typeof__(&cholmod_l_analyze) analyze;
+    __typeof__(&cholmod_l_factorize) factorize;
+    __typeof__(&cholmod_l_solve2) solve2;
+    __typeof__(&cholmod_l_allocate_sparse) allocate_sparse;
+    __typeof__(&cholmod_l_free_sparse) free_sparse;
+    __typeof__(&cholmod_l_free_factor) free_factor;
+    __typeof__(&cholmod_l_free_dense) free_dense;
+} cholmod_calls;
+
+static const struct {
+    const char *name;
+    size_t offset;
+} functions[] = {
+    {"cholmod_l_start", offsetof(cholmod_calls, start)},
+    {"cholmod_l_finish", offsetof(cholmod_calls, finish)},
+    {"cholmod_l_analyze", offsetof(cholmod_calls, analyze)},
+    {"cholmod_l_factorize", offsetof(cholmod_calls, factorize)},
+    {"cholmod_l_solve2", offsetof(cholmod_calls, solve2)},
+    {"cholmod_l_allocate_sparse", offsetof(cholmod_calls, allocate_sparse)},
+    {"cholmod_l_free_sparse", offsetof(cholmod_calls, free_sparse)},
+    {"cholmod_l_free_factor", offsetof(cholmod_calls, free_factor)},
+    {"cholmod_l_free_dense", offsetof(cholmod_calls, free_dense)},
+};
+
+static bool find_calls(cholmod_calls *calls)
+{
+    void *library = loxo_os_library(LIBRARY);
+    if (library == NULL) return false;
+    for (size_t i = 0; i < sizeof functions / sizeof functions[0]; ++i) {
+        void (*const function)(void) = loxo_os_function(library, functions[i].name);
+        if (function == NULL) return false;
+        memcpy((char *)calls + functions[i].offset, &function, sizeof function);
+    }
+    return true;
+}
+
 struct loxo_cholesky {
     loxo_context *ctx;
+    cholmod_calls call;
     int64_t n;
     cholmod_common common;
     cholmod_factor *factor;
     cholmod_dense *x, *y, *e; /* kept from one solve to the next */
 };
 
-bool loxo_cholesky_is_there(void) { return true; }
+bool loxo_cholesky_is_there(void)
+{
+    cholmod_calls calls;
+    return find_calls(&calls);
+}
 
 static loxo_status fail_by(const loxo_cholesky *c, const char *what)
 {
@@ -36,7 +87,7 @@ static loxo_status fail_by(const loxo_cholesky *c, const char *what)
 static cholmod_sparse *make_sparse(loxo_cholesky *c, const loxo_csr *a)
 {
     const size_t n = (size_t)a->n_rows, n_most = (size_t)(a->begin[a->n_rows] / 2) + n;
-    cholmod_sparse *s = cholmod_l_allocate_sparse(n, n, n_most, 1, 1, -1, CHOLMOD_REAL, &c->common);
+    cholmod_sparse *s = c->call.allocate_sparse(n, n, n_most, 1, 1, -1, CHOLMOD_REAL, &c->common);
     if (s == NULL) return NULL;
     SuiteSparse_long *start = s->p, *row = s->i, to = 0;
     double *value = s->x;
@@ -64,14 +115,14 @@ loxo_status loxo_cholesky_create(loxo_context *ctx, const loxo_csr *matrix, loxo
     if (c == NULL) return LOXO_ERR_MEMORY;
     c->ctx = ctx;
     c->n = matrix->n_rows;
-    if (cholmod_l_start(&c->common) == 0) {
+    if (!find_calls(&c->call) || c->call.start(&c->common) == 0) {
         loxo_release(ctx, c);
-        return loxo_fail(ctx, LOXO_ERR_UNSUPPORTED, "Cholesky: CHOLMOD does not start");
+        return loxo_fail(ctx, LOXO_ERR_UNSUPPORTED, "Cholesky: " LIBRARY " cannot be loaded");
     }
     c->common.print = 0;
     cholmod_sparse *s = make_sparse(c, matrix);
-    if (s != NULL) c->factor = cholmod_l_analyze(s, &c->common);
-    cholmod_l_free_sparse(&s, &c->common);
+    if (s != NULL) c->factor = c->call.analyze(s, &c->common);
+    c->call.free_sparse(&s, &c->common);
     if (c->factor == NULL) {
         status = fail_by(c, "the analysis");
         goto fail;
@@ -93,8 +144,8 @@ fail:
 loxo_status loxo_cholesky_factor(loxo_cholesky *c, const loxo_csr *matrix)
 {
     cholmod_sparse *s = make_sparse(c, matrix);
-    const bool is_done = s != NULL && cholmod_l_factorize(s, c->factor, &c->common) != 0;
-    cholmod_l_free_sparse(&s, &c->common);
+    const bool is_done = s != NULL && c->call.factorize(s, c->factor, &c->common) != 0;
+    c->call.free_sparse(&s, &c->common);
     /* L D L^T goes on past a negative pivot. */
     int64_t at = is_done && c->factor->minor < c->factor->n ? (int64_t)c->factor->minor : -1;
     if (is_done && !c->factor->is_super && !c->factor->is_ll && at < 0) {
@@ -116,7 +167,7 @@ loxo_status loxo_cholesky_solve(loxo_cholesky *c, const double *b, double *x)
     const size_t n = (size_t)c->n;
     cholmod_dense right = {.nrow = n, .ncol = 1, .nzmax = n, .d = n, .xtype = CHOLMOD_REAL, .dtype = CHOLMOD_DOUBLE};
     memcpy(&right.x, &b, sizeof b); /* the field is not const, but it is only read */
-    if (cholmod_l_solve2(CHOLMOD_A, c->factor, &right, NULL, &c->x, NULL, &c->y, &c->e, &c->common) == 0)
+    if (c->call.solve2(CHOLMOD_A, c->factor, &right, NULL, &c->x, NULL, &c->y, &c->e, &c->common) == 0)
         return fail_by(c, "a solve");
     memcpy(x, c->x->x, n * sizeof *x);
     return LOXO_OK;
@@ -125,11 +176,11 @@ loxo_status loxo_cholesky_solve(loxo_cholesky *c, const double *b, double *x)
 void loxo_cholesky_destroy(loxo_cholesky *c)
 {
     if (c == NULL) return;
-    cholmod_l_free_dense(&c->x, &c->common);
-    cholmod_l_free_dense(&c->y, &c->common);
-    cholmod_l_free_dense(&c->e, &c->common);
-    cholmod_l_free_factor(&c->factor, &c->common);
-    cholmod_l_finish(&c->common);
+    c->call.free_dense(&c->x, &c->common);
+    c->call.free_dense(&c->y, &c->common);
+    c->call.free_dense(&c->e, &c->common);
+    c->call.free_factor(&c->factor, &c->common);
+    c->call.finish(&c->common);
     loxo_release(c->ctx, c);
 }
 

@@ -15,7 +15,7 @@ typedef struct loxo_cholesky_info {
     double n_flops;
 } loxo_cholesky_info;
 
-/* Whether this build has CHOLMOD; without it all calls give LOXO_ERR_UNSUPPORTED. */
+/* Whether this build knows CHOLMOD and it can be loaded; without it create gives LOXO_ERR_UNSUPPORTED. */
 bool loxo_cholesky_is_there(void);
 
 /* Fill-reducing order and symbolic factor of a positive definite matrix. Variables that are not there count as rows of

@@ -23,6 +23,11 @@ void loxo_os_unmap(void *block, size_t n_bytes);
 bool loxo_os_is_terminal(int fd);
 void loxo_os_yield(void); /* lets another thread have the processor */
 
+/* A shared library, loaded now if it is not yet, and its functions; NULL: there is none. It stays loaded: threads that it
+ * has started may still run in it. For large optional libraries, which would cost every start of every program else. */
+void *loxo_os_library(const char *name);
+void (*loxo_os_function(void *library, const char *name))(void);
+
 /* A file or stream being read. */
 typedef struct loxo_os_file {
     int fd;

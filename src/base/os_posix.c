@@ -4,6 +4,7 @@
 #include "base/context.h"
 #include "base/os.h"
 
+#include <dlfcn.h>
 #include <errno.h>
 #include <fcntl.h>
 #include <locale.h>
@@ -226,4 +227,14 @@ double loxo_os_strtod(const char *text, char **end)
         }
     }
     return strtod_l(text, end, mine);
+}
+
+void *loxo_os_library(const char *name) { return dlopen(name, RTLD_NOW | RTLD_LOCAL | RTLD_NODELETE); }
+
+void (*loxo_os_function(void *library, const char *name))(void)
+{
+    void *symbol = dlsym(library, name);
+    void (*function)(void) = NULL;
+    memcpy(&function, &symbol, sizeof function); /* POSIX lets them have one form, ISO C knows no cast for it */
+    return function;
 }
