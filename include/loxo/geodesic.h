@@ -183,6 +183,30 @@ LOXO_API loxo_status loxo_geodesic_trace(loxo_context *ctx, const loxo_mesh *mes
                                          const loxo_surface_point *sources, int64_t n_sources,
                                          const loxo_surface_point *targets, int64_t n_targets, loxo_polylines *lines);
 
+/* Farthest point sampling: to some given vertices the vertex farthest from all of them, and so on. A new point can only be
+ * nearer to what is no farther from it than the farthest is now, so each solve is limited to that.
+ *   start      [n_start] caller's vertices, n_start >= 1
+ *   point      [n_points] out, n_points >= n_start: the given ones first. Of equally far vertices the lowest number
+ *   radius     [n_points] out, may be NULL: how far the farthest vertex is from the nearest of the points up to this one;
+ *              never grows; infinite while a piece of the surface has none. Of the given ones, that of all of them
+ *   distance   [n_vertices] out, may be NULL: to the nearest of all points
+ * returns      LOXO_OK; the statuses of solves, the worst of those that are no failures (nothing is checked);
+ *              LOXO_ERR_ARGUMENT: n_points < n_start, a vertex out of range, more points than vertices that are apart
+ * cost         where solves are limited (edge, face) some log(n_points) whole ones, and two passes over the distances a point;
+ *              8 bytes a vertex more */
+LOXO_API loxo_status loxo_geodesic_farthest_points(loxo_geodesic *geodesic, const loxo_index *start, int64_t n_start,
+                                                   int64_t n_points, loxo_index *point, double *radius,
+                                                   double *distance);
+
+/* Distances between points of the surface: matrix[i][j] from point i to point j, by one solve for each i, nothing averaged:
+ * how far the matrix is from symmetric tells how far the distances are off. The diagonal is 0. Between vertices a distance
+ * is linear on the face, but straight from a point in the same face.
+ *   points     [n], as sources of loxo_geodesic_solve_points
+ *   matrix     [n][n] out; +infinity where a point does not reach another
+ * returns      as loxo_geodesic_farthest_points; LOXO_ERR_NUMERIC: a distance not finite */
+LOXO_API loxo_status loxo_geodesic_matrix(loxo_geodesic *geodesic, const loxo_surface_point *points, int64_t n,
+                                          double *matrix);
+
 /* As loxo_geodesic_solve, from a heat that is given instead of diffused, as loxo_geodesic_heat returns it: value * 2^scale in the
  * caller's order; scale may be NULL (all 0). For comparisons of diffusions. LOXO_ERR_ARGUMENT: a value not finite. */
 LOXO_API loxo_status loxo_geodesic_solve_from_heat(loxo_geodesic *geodesic, const loxo_index *sources,

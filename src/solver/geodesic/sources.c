@@ -283,12 +283,10 @@ static loxo_status append_point(seed_list *list, const loxo_surface_point *point
     return fail_at(list->problem, LOXO_ERR_ARGUMENT, i, "no face has all vertices of point", i);
 }
 
-loxo_status geodesic_seeds_from_points(const geodesic_problem *problem, const loxo_surface_point *points,
-                                       int64_t n_points, geodesic_seed **seeds, int64_t *n_seeds)
+/* Seeds of all points, in their order. */
+static loxo_status list_points(seed_list *list, const loxo_surface_point *points, int64_t n_points)
 {
-    seed_list list = {.problem = problem};
-    *seeds = NULL;
-    *n_seeds = 0;
+    const geodesic_problem *problem = list->problem;
     if (points == NULL || n_points < 1)
         return loxo_fail(problem->ctx, LOXO_ERR_ARGUMENT, "geodesic: there is no source");
     if (n_points > LOXO_INDEX_MAX) return loxo_fail(problem->ctx, LOXO_ERR_LIMIT, "geodesic: more points than ids");
@@ -297,9 +295,41 @@ loxo_status geodesic_seeds_from_points(const geodesic_problem *problem, const lo
     for (int64_t i = 0; i < 3 * n_points; ++i)
         own[i] = points[i / 3].vertex[i % 3];
     loxo_status status = to_own(problem, 3 * n_points, 3, own);
-    if (status >= 0) status = list_copies(problem, &list.copies);
+    if (status >= 0) status = list_copies(problem, &list->copies);
     for (int64_t i = 0; i < n_points && status >= 0; ++i)
-        status = append_point(&list, &points[i], &own[3 * i], i);
+        status = append_point(list, &points[i], &own[3 * i], i);
     loxo_release(problem->ctx, own);
-    return finish(&list, status, seeds, n_seeds);
+    return status;
+}
+
+loxo_status geodesic_seeds_from_points(const geodesic_problem *problem, const loxo_surface_point *points,
+                                       int64_t n_points, geodesic_seed **seeds, int64_t *n_seeds)
+{
+    seed_list list = {.problem = problem};
+    *seeds = NULL;
+    *n_seeds = 0;
+    return finish(&list, list_points(&list, points, n_points), seeds, n_seeds);
+}
+
+loxo_status geodesic_seeds_by_point(const geodesic_problem *problem, const loxo_surface_point *points, int64_t n_points,
+                                    geodesic_seed **seeds, int64_t **begin)
+{
+    seed_list list = {.problem = problem};
+    *seeds = NULL;
+    *begin = NULL;
+    loxo_status status = list_points(&list, points, n_points);
+    if (status >= 0 && (*begin = loxo_allocate(problem->ctx, n_points + 1, sizeof **begin)) == NULL)
+        status = LOXO_ERR_MEMORY;
+    if (status >= 0) {
+        for (int64_t i = 0, k = 0; i <= n_points; ++i) {
+            (*begin)[i] = k;
+            while (k < list.n && list.seed[k].source == i)
+                ++k;
+            qsort(&list.seed[(*begin)[i]], (size_t)(k - (*begin)[i]), sizeof *list.seed, compare_seeds);
+        }
+        *seeds = list.seed;
+        list.seed = NULL;
+    }
+    destroy_list(&list);
+    return status;
 }

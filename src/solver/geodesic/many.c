@@ -1,0 +1,200 @@
+/* SPDX-License-Identifier: MIT
+ * Many solves with one preparation: farthest points, each solve only as far as it can change anything, and matrices of
+ * distances between points. */
+#include "base/allocate.h"
+#include "kernel/unfold_kernel.h"
+#include "par/range.h"
+#include "solver/geodesic/geodesic_internal.h"
+
+#include <inttypes.h>
+#include <math.h>
+
+/* One solve of a series: no check, no caller's order. Keeps the worst of the statuses that are not failures. */
+static loxo_status solve_one(loxo_geodesic *g, const geodesic_seed *seeds, int64_t n_seeds, loxo_status *worst)
+{
+    loxo_geodesic_info info = {0};
+    g->is_solved = false; /* what is left behind is not the solve of a call */
+    const loxo_status status = g->engine->solve(g->state, seeds, n_seeds, g->distance, NULL, &info);
+    if (status == LOXO_STOPPED) return loxo_fail(g->problem.ctx, LOXO_ERR_STOPPED, "geodesic: stopped between solves");
+    if (status > 0) *worst = status;
+    return status < 0 ? status : LOXO_OK;
+}
+
+/* ---- farthest points ----------------------------------------------------------------------------------------- */
+
+typedef struct sampling {
+    loxo_geodesic *g;
+    double *least; /* [n_vertices] distance to the nearest of the points so far */
+} sampling;
+
+/* least takes in the distances of the last solve. */
+static void take_in(const sampling *s)
+{
+    const loxo_geodesic *g = s->g;
+    int64_t n_touched = 0;
+    const loxo_index *touched = g->engine->touched != NULL ? g->engine->touched(g->state, &n_touched) : NULL;
+    const int64_t n = touched != NULL ? n_touched : g->problem.m.n_vertices;
+#pragma omp parallel num_threads(loxo_threads_for(g->problem.ctx, n, 1.0))
+    {
+        const loxo_range r = loxo_thread_range(n);
+        for (int64_t i = r.begin; i < r.end; ++i) {
+            const int64_t v = touched != NULL ? touched[i] : i;
+            if (g->distance[v] < s->least[v]) s->least[v] = g->distance[v];
+        }
+    }
+}
+
+static int64_t caller_vertex(const loxo_mesh_view *m, int64_t v)
+{
+    return m->vertex_origin != NULL ? m->vertex_origin[v] : v;
+}
+
+/* Of equally far ones the caller's lowest. */
+static bool is_farther(const sampling *s, int64_t a, int64_t b)
+{
+    if (b < 0) return true;
+    if (s->least[a] != s->least[b]) return s->least[a] > s->least[b];
+    return caller_vertex(&s->g->problem.m, a) < caller_vertex(&s->g->problem.m, b);
+}
+
+static int64_t find_farthest(const sampling *s)
+{
+    const loxo_mesh_view *m = &s->g->problem.m;
+    int64_t farthest = -1;
+#pragma omp parallel num_threads(loxo_threads_for(s->g->problem.ctx, m->n_vertices, 1.0))
+    {
+        const loxo_range r = loxo_thread_range(m->n_vertices);
+        int64_t own = -1;
+        for (int64_t v = r.begin; v < r.end; ++v)
+            if (m->vertex_halfedge[v] >= 0 && is_farther(s, v, own)) own = v;
+#pragma omp critical(loxo_geodesic_farthest)
+        if (own >= 0 && is_farther(s, own, farthest)) farthest = own;
+    }
+    return farthest;
+}
+
+static loxo_status add_points(sampling *s, const loxo_index *points, int64_t n, loxo_status *worst)
+{
+    geodesic_seed *seeds = NULL;
+    int64_t n_seeds = 0;
+    loxo_status status = geodesic_seeds_from_vertices(&s->g->problem, points, n, &seeds, &n_seeds);
+    if (status >= 0) status = solve_one(s->g, seeds, n_seeds, worst);
+    loxo_release(s->g->problem.ctx, seeds);
+    if (status >= 0) take_in(s);
+    return status;
+}
+
+static loxo_status sample(sampling *s, int64_t n_start, int64_t n_points, loxo_index *point, double *radius)
+{
+    loxo_geodesic *g = s->g;
+    loxo_context *ctx = g->problem.ctx;
+    const double limit = g->problem.settings.max_distance;
+    loxo_status worst = LOXO_OK, status = add_points(s, point, n_start, &worst);
+    for (int64_t i = n_start; status >= 0; ++i) {
+        const int64_t v = find_farthest(s);
+        for (int64_t k = i == n_start ? 0 : i - 1; k < i; ++k)
+            if (radius != NULL) radius[k] = s->least[v];
+        if (i == n_points) break;
+        if (!(s->least[v] > 0.0)) {
+            status = loxo_fail_at(ctx, LOXO_ERR_ARGUMENT, (loxo_place){.byte = -1, .element = i},
+                                  "geodesic: there are no more than %" PRId64 " points apart", i);
+            break;
+        }
+        point[i] = (loxo_index)caller_vertex(&g->problem.m, v);
+        g->problem.settings.max_distance = fmin(limit, s->least[v]); /* beyond, nothing is nearer to the new point */
+        status = add_points(s, &point[i], 1, &worst);
+        if (status >= 0 && loxo_stop_wanted(ctx, "farthest points", (double)i / (double)n_points))
+            status = loxo_fail(ctx, LOXO_ERR_STOPPED, "geodesic: stopped between solves");
+    }
+    g->problem.settings.max_distance = limit;
+    return status < 0 ? status : worst;
+}
+
+loxo_status loxo_geodesic_farthest_points(loxo_geodesic *geodesic, const loxo_index *start, int64_t n_start,
+                                          int64_t n_points, loxo_index *point, double *radius, double *distance)
+{
+    if (geodesic == NULL) return LOXO_ERR_ARGUMENT;
+    loxo_context *ctx = geodesic->problem.ctx;
+    const int64_t n = geodesic->problem.m.n_vertices;
+    sampling s = {.g = geodesic};
+    if (start == NULL || n_start < 1)
+        return loxo_fail(ctx, LOXO_ERR_ARGUMENT, "geodesic: there is no point to start from");
+    if (point == NULL || n_points < n_start)
+        return loxo_fail(ctx, LOXO_ERR_ARGUMENT, "geodesic: fewer points are wanted than are given");
+    loxo_progress_begin(ctx);
+    s.least = loxo_allocate(ctx, n, sizeof *s.least);
+    if (s.least == NULL) return LOXO_ERR_MEMORY;
+    for (int64_t v = 0; v < n; ++v)
+        s.least[v] = HUGE_VAL;
+    for (int64_t i = 0; i < n_start; ++i)
+        point[i] = start[i];
+    const loxo_status status = sample(&s, n_start, n_points, point, radius);
+    if (status >= 0 && distance != NULL) loxo_mesh_scatter_to_caller(geodesic->problem.mesh, s.least, distance);
+    loxo_release(ctx, s.least);
+    return status;
+}
+
+/* ---- matrices ------------------------------------------------------------------------------------------------ */
+
+/* Straight over the one face, from a seed to a point inside it; HUGE_VAL: they share none. */
+static double across_face(const loxo_mesh_view *m, const geodesic_seed *from, const geodesic_seed *to)
+{
+    double length[3];
+    if (to->vertex >= 0) return HUGE_VAL;
+    k_face_lengths(m, to->face, length);
+    const k_layout face = k_layout_of(length);
+    for (int k = 0; k < 3 && from->vertex >= 0; ++k)
+        if (m->halfedge_vertex[(int64_t)3 * to->face + k] == from->vertex)
+            return k_distance_to_corner(face, to->weight, k);
+    if (from->vertex >= 0 || from->face != to->face) return HUGE_VAL;
+    const double b = to->weight[1] - from->weight[1], c = to->weight[2] - from->weight[2];
+    const double x = b * face.x1 + c * face.x2, y = c * face.y2;
+    return sqrt(x * x + y * y);
+}
+
+/* The distance at a point, linear between vertices, or straight from a source in its face. */
+static double distance_at(const loxo_geodesic *g, const geodesic_seed *from, int64_t n_from, const geodesic_seed *to)
+{
+    double sum = 0.0;
+    if (to->vertex >= 0) return g->distance[to->vertex];
+    for (int k = 0; k < 3; ++k)
+        if (to->weight[k] > 0.0)
+            sum += to->weight[k] * g->distance[g->problem.m.halfedge_vertex[(int64_t)3 * to->face + k]];
+    for (int64_t i = 0; i < n_from; ++i)
+        sum = fmin(sum, across_face(&g->problem.m, &from[i], to));
+    return sum;
+}
+
+loxo_status loxo_geodesic_matrix(loxo_geodesic *geodesic, const loxo_surface_point *points, int64_t n, double *matrix)
+{
+    if (geodesic == NULL) return LOXO_ERR_ARGUMENT;
+    loxo_geodesic *g = geodesic;
+    loxo_context *ctx = g->problem.ctx;
+    geodesic_seed *seeds = NULL;
+    int64_t *begin = NULL;
+    loxo_status worst = LOXO_OK;
+    if (matrix == NULL) return loxo_fail(ctx, LOXO_ERR_ARGUMENT, "geodesic: the output array is NULL");
+    loxo_status status = geodesic_seeds_by_point(&g->problem, points, n, &seeds, &begin);
+    loxo_progress_begin(ctx);
+    for (int64_t i = 0; i < n && status >= 0; ++i) {
+        const geodesic_seed *from = &seeds[begin[i]];
+        const int64_t n_from = begin[i + 1] - begin[i];
+        status = solve_one(g, from, n_from, &worst);
+        for (int64_t j = 0; j < n && status >= 0; ++j) {
+            double least = i == j ? 0.0 : HUGE_VAL;
+            for (int64_t k = begin[j]; k < begin[j + 1]; ++k) {
+                const double distance = distance_at(g, from, n_from, &seeds[k]);
+                if (isnan(distance))
+                    status = loxo_fail_at(ctx, LOXO_ERR_NUMERIC, (loxo_place){.byte = -1, .element = i},
+                                          "geodesic: a distance from point %" PRId64 " is not finite", i);
+                least = fmin(least, distance);
+            }
+            matrix[i * n + j] = i == j ? 0.0 : least;
+        }
+        if (status >= 0 && loxo_stop_wanted(ctx, "matrix", (double)i / (double)n))
+            status = loxo_fail(ctx, LOXO_ERR_STOPPED, "geodesic: stopped between solves");
+    }
+    loxo_release(ctx, begin);
+    loxo_release(ctx, seeds);
+    return status < 0 ? status : worst;
+}
