@@ -8,7 +8,7 @@
 #include <math.h>
 #include <string.h>
 
-#define NS_A_ROW 15.0
+#define NS_A_ROW 5.0 /* of a short pass */
 #define BLOCK    LOXO_SUM_BLOCK
 
 struct loxo_cg {

@@ -49,6 +49,7 @@ void loxo_multigrid_destroy(loxo_multigrid *mg)
         destroy_map(ctx, &l->down);
     }
     loxo_release(ctx, mg->dense);
+    loxo_release(ctx, mg->step);
     loxo_release(ctx, mg);
 }
 
@@ -222,7 +223,7 @@ loxo_status loxo_multigrid_create(loxo_context *ctx, const loxo_csr *matrix, lox
         if (!is_made) break;
         if ((status = mg_make_coarse(ctx, l, l + 1)) < 0) goto fail;
     }
-    if ((status = factor_last(mg, &own)) < 0) goto fail;
+    if ((status = factor_last(mg, &own)) < 0 || (status = mg_plan_cycle(mg)) < 0) goto fail;
     fill_info(mg, &own);
     if (info != NULL) *info = own;
     *out = mg;
@@ -230,85 +231,4 @@ loxo_status loxo_multigrid_create(loxo_context *ctx, const loxo_csr *matrix, lox
 fail:
     loxo_multigrid_destroy(mg);
     return status;
-}
-
-/* ---- the cycle --------------------------------------------------------------------------------------------------- */
-
-typedef enum step { STEP_FORWARD, STEP_RESIDUAL, STEP_BACKWARD } step;
-
-/* Forward: out from b. Residual: out = b - A in. Backward: out from b and in. */
-static void smooth(const loxo_multigrid *mg, const mg_level *l, step what, const double *b, const double *in,
-                   double *out)
-{
-    const int64_t n_blocks = (l->n + l->block_rows - 1) / l->block_rows;
-    const k_smooth_level rows = mg_rows(l);
-#pragma omp parallel num_threads(loxo_threads_for(mg->ctx, l->n, NS_A_ROW))
-    {
-        const loxo_range r = loxo_thread_range(n_blocks);
-        for (int64_t k = r.begin; k < r.end; ++k) {
-            const int64_t begin = k * l->block_rows, end = begin + l->block_rows < l->n ? begin + l->block_rows : l->n;
-            switch (what) {
-            case STEP_FORWARD: k_smooth_forward(&rows, begin, end, b, out); break;
-            case STEP_RESIDUAL: k_smooth_residual(&rows, begin, end, b, in, out); break;
-            case STEP_BACKWARD: k_smooth_backward(&rows, begin, end, b, in, out); break;
-            }
-        }
-    }
-}
-
-/* y = given + map x; given NULL: y = map x. */
-static void apply_map(loxo_context *ctx, const mg_map *map, const double *x, const double *given, double *y)
-{
-#pragma omp parallel num_threads(loxo_threads_for(ctx, map->begin[map->n_rows], 1.5))
-    {
-        const loxo_range r = loxo_thread_range(map->n_rows);
-        for (int64_t i = r.begin; i < r.end; ++i) {
-            double sum = given != NULL ? given[i] : 0.0;
-            for (uint32_t k = map->begin[i]; k < map->begin[i + 1]; ++k)
-                sum += (double)map->value[k] * x[map->column[k]];
-            y[i] = sum;
-        }
-    }
-}
-
-/* x of the last level from its b. */
-static void solve_last(const loxo_multigrid *mg, const double *b, double *x)
-{
-    const mg_level *l = &mg->level[mg->n_levels - 1];
-    if (mg->dense == NULL) {
-        smooth(mg, l, STEP_FORWARD, b, NULL, l->y);
-        smooth(mg, l, STEP_BACKWARD, b, l->y, x);
-        return;
-    }
-    memcpy(x, b, (size_t)l->n * sizeof *x);
-    loxo_dense_solve(l->n, mg->dense, x);
-}
-
-/* The levels from `at` on, as an approximate inverse: x from b. A level from FIRST_TWICE on is solved for twice, the
- * second time for what the first left: x = B b + B (b - A B b), as symmetric as B. */
-static void cycle(const loxo_multigrid *mg, int at, const double *b, double *x)
-{
-    const mg_level *l = &mg->level[at], *next = l + 1;
-    if (at + 1 == mg->n_levels) {
-        solve_last(mg, b, x);
-        return;
-    }
-    smooth(mg, l, STEP_FORWARD, b, NULL, x);
-    smooth(mg, l, STEP_RESIDUAL, b, x, l->y);
-    apply_map(mg->ctx, &l->down, l->y, NULL, next->b);
-    cycle(mg, at + 1, next->b, next->x);
-    if (next->x_more != NULL && at + 2 < mg->n_levels) {
-        smooth(mg, next, STEP_RESIDUAL, next->b, next->x, next->b_more);
-        cycle(mg, at + 1, next->b_more, next->x_more);
-        for (int64_t i = 0; i < next->n; ++i)
-            next->x[i] += next->x_more[i];
-    }
-    apply_map(mg->ctx, &l->up, next->x, x, l->y);
-    smooth(mg, l, STEP_BACKWARD, b, l->y, x);
-}
-
-void loxo_multigrid_apply(void *state, const double *r, double *z)
-{
-    const loxo_multigrid *mg = state;
-    cycle(mg, 0, r, z);
 }

@@ -29,12 +29,33 @@ typedef struct mg_level {
     double *x_more, *b_more; /* of levels that are visited twice a cycle */
 } mg_level;
 
+/* A cycle is a list of steps, each one pass over the rows of a level. b NULL: what the cycle is applied to; in, out NULL:
+ * its result. */
+typedef enum mg_act {
+    MG_FORWARD,  /* out from b */
+    MG_RESIDUAL, /* out = b - A in */
+    MG_BACKWARD, /* out from b and in */
+    MG_RESTRICT, /* out = down in; rows of the next level */
+    MG_PROLONG,  /* out = in + up b, b of the next level */
+    MG_ADD,      /* out += in */
+    MG_SOLVE,    /* out from b, by the dense factor */
+} mg_act;
+
+typedef struct mg_step {
+    mg_act act;
+    const mg_level *level;
+    const double *b, *in;
+    double *out;
+} mg_step;
+
 struct loxo_multigrid {
     loxo_context *ctx;
     const loxo_csr *matrix;
     double scale; /* level 0 is the matrix times this power of two */
     int n_levels;
     mg_level level[MG_MAX_LEVELS];
+    int64_t n_steps;
+    mg_step *step; /* [n_steps] of a cycle */
     double *dense; /* factor of the last level; NULL: that one is only smoothed */
 };
 
@@ -52,6 +73,9 @@ loxo_status mg_make_maps(loxo_context *ctx, mg_level *level, const loxo_index *a
                          int64_t n_aggregates);
 /* Rows of the next level: fine->down * fine * fine->up. */
 loxo_status mg_make_coarse(loxo_context *ctx, const mg_level *fine, mg_level *coarse);
+
+/* cycle.c: the list of steps. */
+loxo_status mg_plan_cycle(loxo_multigrid *mg);
 
 /* An edge between variables whose largest weights are a and b is strong when its weight is at least this share of both. */
 #define MG_STRONG 0.1f
