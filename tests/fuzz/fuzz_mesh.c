@@ -2,6 +2,9 @@
  * Arrays as a library user might hand them over: check, repair, directed edges. What comes out must keep its promises,
  * whatever went in. */
 #include "harness.h"
+#include "mesh/intrinsic/overlay.h"
+
+#include <math.h>
 
 #define MAX_FACES 96
 
@@ -63,13 +66,13 @@ static void check_report(const loxo_mesh_report *report)
     FUZZ_CHECK(!report->is_closed || report->n_boundary_edges == 0);
 }
 
-static void check_halfedges(const loxo_mesh_view *view)
+static void check_halfedges(const loxo_mesh_view *view, bool may_loop)
 {
     const int64_t n_halfedges = 3 * view->n_faces;
     for (int64_t h = 0; h < n_halfedges; ++h) {
         const int64_t twin = view->halfedge_twin[h], next = h % 3 == 2 ? h - 2 : h + 1;
         FUZZ_CHECK(view->halfedge_vertex[h] >= 0 && view->halfedge_vertex[h] < view->n_vertices);
-        FUZZ_CHECK(view->halfedge_vertex[h] != view->halfedge_vertex[next]);
+        FUZZ_CHECK(may_loop || view->halfedge_vertex[h] != view->halfedge_vertex[next]);
         if (twin < 0) continue;
         FUZZ_CHECK(twin < n_halfedges && view->halfedge_twin[twin] == h);
         FUZZ_CHECK(view->halfedge_vertex[twin] == view->halfedge_vertex[next]);
@@ -92,6 +95,50 @@ static void check_halfedges(const loxo_mesh_view *view)
         FUZZ_CHECK(view->part_vertex[p] <= view->part_vertex[p + 1] && view->part_face[p] <= view->part_face[p + 1]);
 }
 
+static void check_point(const loxo_face_point *p, int64_t n_faces)
+{
+    FUZZ_CHECK(p->face >= 0 && p->face < n_faces);
+    for (int k = 0; k < 3; ++k)
+        FUZZ_CHECK(p->weight[k] >= 0.0 && p->weight[k] <= 1.0);
+}
+
+/* Flips end, lengths are sound, and every way over the surface ends where it must, however flat the faces are. */
+static void make_intrinsic(loxo_context *ctx, const loxo_mesh *surface)
+{
+    loxo_intrinsic_info info;
+    loxo_mesh *mesh = NULL;
+    const loxo_status status = loxo_mesh_create_intrinsic(ctx, surface, NULL, &info, &mesh);
+    fuzz_check_status(ctx, status);
+    FUZZ_CHECK((status >= 0) == (mesh != NULL) && (status == LOXO_OK || status == LOXO_ERR_MESH));
+    if (status < 0) return;
+    const loxo_mesh_view m = loxo_mesh_get_view(mesh), s = loxo_mesh_get_view(surface);
+    check_halfedges(&m, true);
+    for (int64_t h = 0; h < 3 * m.n_faces; ++h) {
+        loxo_edge_point crossing[512];
+        const int64_t n = loxo_edge_n_crossings(mesh, (loxo_index)h), twin = m.halfedge_twin[h];
+        FUZZ_CHECK(m.halfedge_length[h] > 0.0 && m.halfedge_length[h] < 1e6);
+        FUZZ_CHECK(twin < 0 ||
+                   (m.halfedge_length[h] == m.halfedge_length[twin] && mesh->crossing[h] == mesh->crossing[twin]));
+        FUZZ_CHECK(n <= 512 && isfinite(loxo_trace_edge(mesh, (loxo_index)h, crossing)));
+        for (int64_t i = 0; i < n; ++i) {
+            FUZZ_CHECK(crossing[i].share >= 0.0 && crossing[i].share <= 1.0);
+            FUZZ_CHECK(i == 0 || s.halfedge_twin[crossing[i - 1].halfedge] / 3 == crossing[i].halfedge / 3);
+        }
+        if (n > 0) {
+            const int64_t last = s.halfedge_twin[crossing[n - 1].halfedge], first = crossing[0].halfedge;
+            FUZZ_CHECK(s.halfedge_vertex[first % 3 == 0 ? first + 2 : first - 1] == m.halfedge_vertex[h]);
+            FUZZ_CHECK(s.halfedge_vertex[last % 3 == 0 ? last + 2 : last - 1] ==
+                       m.halfedge_vertex[h % 3 == 2 ? h - 2 : h + 1]);
+        }
+        FUZZ_CHECK(isfinite(loxo_trace_surface_edge(mesh, (loxo_index)h, NULL, NULL)));
+        const loxo_face_point p = {(loxo_index)(h / 3), {0.5, 0.125, 0.375}};
+        const loxo_face_point to = loxo_to_intrinsic(mesh, &p), from = loxo_to_surface(mesh, &p);
+        check_point(&to, m.n_faces);
+        check_point(&from, s.n_faces);
+    }
+    loxo_mesh_destroy(mesh);
+}
+
 /* must_fit: the arrays come from a repair that cut what is not manifold. */
 static void create(loxo_context *ctx, const loxo_soup *soup, loxo_order order, bool repair, bool must_fit)
 {
@@ -107,7 +154,8 @@ static void create(loxo_context *ctx, const loxo_soup *soup, loxo_order order, b
     FUZZ_CHECK(!must_fit || status != LOXO_ERR_MESH);
     if (status >= 0) {
         const loxo_mesh_view view = loxo_mesh_get_view(mesh);
-        check_halfedges(&view);
+        check_halfedges(&view, false);
+        make_intrinsic(ctx, mesh);
         FUZZ_PLANT(view.n_faces == 5 && info.n_boundary_loops == 1 && info.euler == 1);
     }
     loxo_mesh_destroy(mesh);

@@ -195,6 +195,44 @@ static void check_points(loxo_soup soup, bool is_flat, double tolerance)
     pair_destroy(&p);
 }
 
+/* Corners drawn from a few places: many faces are flat, many edges have no length, many vertices coincide. Whole numbers do not
+ * mind: every edge begins and ends where it should, over faces that are neighbours. */
+TEST(edges_end_where_they_should_however_flat_the_faces)
+{
+    int64_t n_flips = 0;
+    for (uint64_t seed = 0; seed < 400; ++seed) {
+        const int n_places = 2 + (int)(seed % 5);
+        loxo_soup soup = seed % 3 == 0   ? generate(LOXO_SHAPE_ICOSPHERE, 60, (double)NAN, 1.0, 0.0)
+                         : seed % 3 == 1 ? shape_torus(test_context, 7, 5)
+                                         : shape_annulus(test_context, 9, 3);
+        for (int64_t i = 0; i < 3 * soup.n_vertices; ++i)
+            soup.position[i] = floor(n_places * loxo_random_unit(seed, (uint64_t)i));
+        pair p = pair_of(soup);
+        const loxo_mesh_view m = loxo_mesh_get_view(p.mesh), s = loxo_mesh_get_view(p.surface);
+        n_flips += p.info.n_flips;
+        CHECK(p.info.share_nondelaunay_after <= 0.01); /* one edge of one of them, by rounding */
+        for (int64_t h = 0; h < 3 * m.n_faces; ++h) {
+            loxo_edge_point crossing[1024];
+            const int64_t n = loxo_edge_n_crossings(p.mesh, (loxo_index)h);
+            CHECK(isfinite(m.halfedge_length[h]) && m.halfedge_length[h] > 0.0);
+            CHECK(n < 1024 && isfinite(loxo_trace_edge(p.mesh, (loxo_index)h, crossing)));
+            for (int64_t i = 0; i < n; ++i) {
+                const loxo_index leaving = crossing[i].halfedge, entered = s.halfedge_twin[leaving];
+                CHECK(crossing[i].share >= 0.0 && crossing[i].share <= 1.0);
+                if (i == 0) CHECK_EQUAL(s.halfedge_vertex[k_previous(leaving)], m.halfedge_vertex[h]);
+                if (i > 0) CHECK_EQUAL(leaving / 3, s.halfedge_twin[crossing[i - 1].halfedge] / 3);
+                if (i == n - 1) CHECK_EQUAL(s.halfedge_vertex[k_previous(entered)], k_head(&m, (loxo_index)h));
+            }
+            CHECK(isfinite(loxo_trace_surface_edge(p.mesh, (loxo_index)h, NULL, NULL)));
+            const loxo_face_point a = {(loxo_index)(h / 3), {0.5, 0.125, 0.375}};
+            const loxo_face_point to = loxo_to_intrinsic(p.mesh, &a), from = loxo_to_surface(p.mesh, &a);
+            CHECK(to.face >= 0 && to.face < m.n_faces && from.face >= 0 && from.face < s.n_faces);
+        }
+        pair_destroy(&p);
+    }
+    CHECK(n_flips > 2000);
+}
+
 TEST(points_are_found_there_and_back)
 {
     check_points(shape_cube(test_context), false, 1e-12);

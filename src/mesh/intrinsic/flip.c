@@ -56,7 +56,7 @@ typedef struct new_faces {
 
 static bool is_better(const loxo_flips *t, const quadrangle *q, new_faces *new)
 {
-    double length[2][3], before = 0.0, after = 0.0;
+    double length[2][3] = {{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}}, sum_old[2], sum_new[2];
     new->diagonal = other_diagonal(t, q);
     length[0][q->ij % 3] = t->length[q->il];
     length[0][q->jk % 3] = new->diagonal;
@@ -65,15 +65,12 @@ static bool is_better(const loxo_flips *t, const quadrangle *q, new_faces *new)
     length[1][q->il % 3] = new->diagonal;
     length[1][q->lj % 3] = t->length[q->lj];
     const double *old[2] = {&t->cotangent[q->ij - q->ij % 3], &t->cotangent[q->ji - q->ji % 3]};
-    double sum_old[2], sum_new[2];
     for (int i = 0; i < 2; ++i) {
         k_cotangents_of(length[i], new->cotangent[i]);
         sum_old[i] = (old[i][0] + old[i][1]) + old[i][2];
         sum_new[i] = (new->cotangent[i][0] + new->cotangent[i][1]) + new->cotangent[i][2];
     }
-    before = sum_old[0] + sum_old[1];
-    after = sum_new[0] + sum_new[1];
-    return after < before; /* false with NaN */
+    return sum_new[0] + sum_new[1] < sum_old[0] + sum_old[1]; /* false with NaN */
 }
 
 /* Twin of what is now half-edge h: a, which may itself have moved. */
