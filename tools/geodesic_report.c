@@ -84,6 +84,7 @@ static void put_info(json_t *json, const loxo_geodesic_info *i)
     json_put_integer(json, "n_poisson_steps", i->n_poisson_steps);
     json_put_number(json, "poisson_residual", i->poisson_residual);
     json_put_integer(json, "n_lost_heat", i->n_lost_heat);
+    json_put_number(json, "error_estimate", i->error_estimate);
     json_put_integer(json, "n_unreached", i->n_unreached);
     json_put_integer(json, "n_negative", i->n_negative);
     json_put_integer(json, "n_nonpositive_heat", i->n_nonpositive_heat);
@@ -109,10 +110,13 @@ void cli_report_geodesic(cli_run *run, const loxo_geodesic_info *i, int64_t n_ve
     for (int p = 0; p < LOXO_GEODESIC_N_PHASES; ++p) {
         const char *name = loxo_geodesic_phase_name((loxo_geodesic_phase)p);
         if (p != LOXO_GEODESIC_PHASE_PREPARE && i->phase_s[p] == 0.0) continue; /* not of this method */
-        if (p == LOXO_GEODESIC_PHASE_PROPAGATE)
-            report_row(out, name, "%s, %.3g passed on a vertex, %s at most at once, %s vertices bent ways",
+        if (p == LOXO_GEODESIC_PHASE_PROPAGATE && i->max_windows > 0)
+            report_row(out, name, "%s, %.3g windows passed on a vertex, %s at most at once, %s vertices bent ways",
                        text_seconds(i->phase_s[p]), (double)i->n_evaluations / n, text_count(i->max_windows),
                        text_count(i->n_bends));
+        else if (p == LOXO_GEODESIC_PHASE_PROPAGATE)
+            report_row(out, name, "%s, %s rounds, %.3g updates a vertex", text_seconds(i->phase_s[p]),
+                       text_count(i->n_iterations), (double)i->n_evaluations / n);
         else if (p == LOXO_GEODESIC_PHASE_POISSON && i->n_poisson_steps > 0)
             report_row(out, name, "%s, %s steps with all that followed, residual %.2g", text_seconds(i->phase_s[p]),
                        text_count(i->n_poisson_steps), i->poisson_residual);
@@ -146,6 +150,8 @@ void cli_report_geodesic(cli_run *run, const loxo_geodesic_info *i, int64_t n_ve
     if (i->n_lost_heat > 0)
         report_row(out, "heat", "below the range of numbers at %s vertices", text_count(i->n_lost_heat));
     report_row(out, "largest", "%.8g", i->distance_max);
+    if (!isnan(i->error_estimate))
+        report_row(out, "error", "about %.2g %% on average, or less", 100.0 * i->error_estimate);
     report_row(out, "answer", "%s: gradient off 1 by over 10 %% on %.2f %% of the area, breach 99 %% %.2g, max %.2g",
                i->check_passed ? "passed" : "FAILED", 100.0 * i->gradient_share, i->breach_percentile_99,
                i->breach_max);

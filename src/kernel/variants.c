@@ -78,10 +78,19 @@ static void admm_face(const loxo_mesh_view *m, double penalty, int64_t begin, in
     k_admm_face(m, penalty, begin, end, area, square, target, x, x_next, push, push_next);
 }
 
+static void jet_arrivals(k_jet_batch *batch) { k_jet_arrivals(batch); }
+
+static void ring_corners(int64_t n, double *spoke, const double *rim, double *cosine, double *sine)
+{
+    k_ring_corners(n, spoke, rim, cosine, sine);
+}
+
 extern const k_variant K_VARIANT;
 const k_variant K_VARIANT = {.name = K_VARIANT_TEXT,
                              .relax_blocks = relax_blocks,
                              .face_differences = face_differences,
                              .face_targets = face_targets,
                              .admm_edge = admm_edge,
-                             .admm_face = admm_face};
+                             .admm_face = admm_face,
+                             .jet_arrivals = jet_arrivals,
+                             .ring_corners = ring_corners};

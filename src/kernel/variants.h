@@ -5,6 +5,7 @@
 #define LOXO_KERNEL_VARIANTS_H
 
 #include "kernel/diffusion_kernel.h"
+#include "kernel/jet_kernel.h"
 
 #include <loxo/context.h>
 
@@ -25,6 +26,9 @@ typedef struct k_variant {
     void (*admm_face)(const loxo_mesh_view *m, double penalty, int64_t begin, int64_t end, const double *area,
                       const double (*square)[3], const double (*target)[2], const double (*x)[2], double (*x_next)[2],
                       const double *push, double *push_next);
+    /* see jet_kernel.h */
+    void (*jet_arrivals)(k_jet_batch *batch);
+    void (*ring_corners)(int64_t n, double *spoke, const double *rim, double *cosine, double *sine);
 } k_variant;
 
 /* The table for an instruction set of this processor (loxo_context_isa). */

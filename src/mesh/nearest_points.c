@@ -32,7 +32,7 @@ static void look(const loxo_mesh_view *m, loxo_range faces, int64_t n, const dou
         const loxo_vec3 a = k_position(m, v[0]), b = k_position(m, v[1]), c = k_position(m, v[2]);
         for (int64_t i = 0; i < n; ++i) {
             const loxo_vec3 p = v3_load(position[i]);
-            double weight[3];
+            double weight[3] = {0.0, 0.0, 0.0};
             if (!(to_box(p, a, b, c) < best[i].square)) continue;
             const double square = k_closest_in_triangle(p, a, b, c, weight);
             if (!(square < best[i].square)) continue;

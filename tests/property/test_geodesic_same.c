@@ -78,6 +78,15 @@ TEST(same_bits_face_many_sources)
     check_ladder(LOXO_SHAPE_NOISY, 20000, LOXO_GEODESIC_FACE, LOXO_DIFFUSION_MARCHING, 40);
 }
 
+TEST(same_bits_fast) { check_ladder(LOXO_SHAPE_BUMPY, 20000, LOXO_GEODESIC_FAST, LOXO_DIFFUSION_MARCHING, 1); }
+
+/* Many rounds of many vertices, with corrections: whatever threads could do to each other shows here sooner or later. */
+TEST(same_bits_fast_many_sources)
+{
+    for (int i = 0; i < 5; ++i)
+        check_ladder(LOXO_SHAPE_NOISY, 20000, LOXO_GEODESIC_FAST, LOXO_DIFFUSION_MARCHING, 40);
+}
+
 TEST(same_bits_sweeps) { check_ladder(LOXO_SHAPE_TORUS, 20000, LOXO_GEODESIC_EDGE, LOXO_DIFFUSION_SWEEPS, 1); }
 
 TEST(same_bits_sweeps_many_sources)

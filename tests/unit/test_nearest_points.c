@@ -21,7 +21,7 @@ TEST(nearest_in_a_triangle_against_many_points)
         const loxo_vec3 a = random_point(4 * i, 1.0), b = random_point(4 * i + 1, 1.0),
                         c = random_point(4 * i + 2, 1.0);
         const loxo_vec3 p = random_point(4 * i + 3, 1.5);
-        double w[3];
+        double w[3] = {0.0, 0.0, 0.0};
         const double square = k_closest_in_triangle(p, a, b, c, w);
         CHECK(w[0] >= 0.0 && w[1] >= 0.0 && w[2] >= 0.0);
         CHECK_NEAR(w[0] + w[1] + w[2], 1.0, 1e-14);

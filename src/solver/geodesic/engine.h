@@ -48,6 +48,10 @@ typedef struct geodesic_engine {
                          loxo_index *nearest, loxo_geodesic_info *info);
     void (*destroy)(void *state); /* NULL is fine */
 
+    /* The distances are lengths of ways: faces that are coarse, compared with how the front bends, may show any gradient,
+     * so the check of the answer counts breaches only. */
+    bool is_of_ways;
+
     /* The rest may be NULL. */
 
     /* Room for n_vertices distances inside the workspace, which stands until the next solve and which solve may be given

@@ -16,8 +16,8 @@ static const geodesic_engine *const engines[] = {LOXO_GEODESIC_METHOD_LIST(ENGIN
 
 const char *loxo_geodesic_phase_name(loxo_geodesic_phase phase)
 {
-    static const char *const names[] = {"prepare",   "levels",  "diffusion", "gradient", "ADMM",
-                                        "integrate", "windows", "Poisson",   "check"};
+    static const char *const names[] = {"prepare",   "levels",    "diffusion", "gradient", "ADMM",
+                                        "integrate", "propagate", "Poisson",   "check"};
     return phase >= 0 && phase < LOXO_GEODESIC_N_PHASES ? names[phase] : "unknown";
 }
 
@@ -158,6 +158,7 @@ static loxo_status solve(loxo_geodesic *g, const geodesic_seed *seeds, int64_t n
     const loxo_index *touched = g->engine->touched != NULL ? g->engine->touched(g->state, &n_touched) : NULL;
     const loxo_status status = geodesic_check(problem, g->distance, touched, n_touched, info);
     if (status < 0) return status;
+    if (g->engine->is_of_ways) info->check_passed = info->breach_percentile_99 <= problem->settings.check_breach;
     if (info->n_negative > 0 && !may_point_anywhere) info->check_passed = false;
     add_phase(info, LOXO_GEODESIC_PHASE_CHECK, &clock_s);
     loxo_mesh_scatter_to_caller(problem->mesh, g->distance, distance);
@@ -190,7 +191,7 @@ static loxo_status solve_from(loxo_geodesic *g, const solve_call *call, loxo_geo
     loxo_status status;
     if (g == NULL) return LOXO_ERR_ARGUMENT;
     if (info == NULL) info = &local;
-    *info = (loxo_geodesic_info){0};
+    *info = (loxo_geodesic_info){.error_estimate = NAN};
     if (call->distance == NULL)
         return loxo_fail(g->problem.ctx, LOXO_ERR_ARGUMENT, "geodesic: the output array is NULL");
     status = call->points != NULL ? geodesic_seeds_from_points(&g->problem, call->points, call->n, &seeds, &n_seeds)

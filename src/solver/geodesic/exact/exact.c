@@ -161,6 +161,7 @@ static loxo_status exact_solve(void *state, const geodesic_seed *seeds, int64_t 
 const geodesic_engine geodesic_engine_exact = {
     .bytes = exact_bytes,
     .vertex_ns = 4500.0,
+    .is_of_ways = true,
     .create = exact_create,
     .solve = exact_solve,
     .destroy = exact_destroy,

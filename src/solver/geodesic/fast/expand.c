@@ -1,0 +1,294 @@
+/* SPDX-License-Identifier: MIT
+ * A vertex has become final: the slopes of the distance along its edges, and what its neighbours hear of it. */
+#include "base/allocate.h"
+#include "kernel/vec3.h"
+#include "par/range.h"
+#include "solver/geodesic/fast/fast_internal.h"
+
+#include <string.h>
+
+/* In place of the half-edge along the last spoke of a fan: it is the first one again, or a boundary edge that has no
+ * half-edge starting here. */
+#define FAN_CLOSED (-2)
+#define FAN_OPEN   (-1)
+
+static double square_between(const loxo_mesh_view *m, loxo_index a, loxo_index b)
+{
+    const loxo_vec3 e = v3_sub(k_position(m, b), k_position(m, a));
+    return v3_dot(e, e);
+}
+
+static double square_along(const loxo_mesh_view *m, loxo_index h, loxo_index a, loxo_index b)
+{
+    if (m->halfedge_length == NULL) return square_between(m, a, b);
+    return m->halfedge_length[h] * m->halfedge_length[h];
+}
+
+/* Lays the fan of v from spoke k on; returns the first spoke after it, or -1 when it does not fit. */
+static int64_t lay_fan(const loxo_mesh_view *m, fast_bench *b, loxo_index v, int64_t k)
+{
+    const loxo_index first = m->vertex_halfedge[v];
+    const int64_t begin = k;
+    loxo_index h = first, y = k_head(m, h);
+    double spoke = square_along(m, h, v, y);
+    for (;;) {
+        const loxo_index across = k_next(h), back = k_previous(h), z = m->halfedge_vertex[back];
+        if (k + 2 > b->capacity) return -1;
+        b->halfedge[k] = h;
+        b->neighbour[k] = y;
+        b->spoke[k] = spoke;
+        b->rim[k] = square_along(m, across, y, z);
+        ++k;
+        y = z;
+        spoke = square_along(m, back, z, v);
+        h = m->halfedge_twin[back];
+        if (h < 0 || h == first) break;
+    }
+    b->halfedge[k] = h < 0 ? FAN_OPEN : FAN_CLOSED;
+    b->neighbour[k] = y;
+    b->spoke[k] = h < 0 ? spoke : b->spoke[begin];
+    b->rim[k] = 0.0; /* a corner between this fan and the next, which nothing looks at */
+    return k + 1;
+}
+
+static int64_t count_spokes(const loxo_mesh_view *m, loxo_index v)
+{
+    const loxo_index first = m->vertex_halfedge[v];
+    int64_t n = 1;
+    for (loxo_index h = first;; ++n)
+        if ((h = m->halfedge_twin[k_previous(h)]) < 0 || h == first) return n + 1;
+}
+
+/* Of a spoke that no ray straight on or beside it reaches: the distance along it is counted from the vertex itself. */
+#define SLOPE_FROM_HERE 2.0f
+/* A turn by so much more than a straight angle, as its sine, is none. */
+#define STRAIGHT 1e-9
+
+/* Slopes along the spokes begin..end of a fan, end the last. The distance grows along a spoke by -cos of the angle between it
+ * and the ray, on whichever side of the vertex that is less than a straight angle, and less. */
+static void find_slopes(fast_bench *b, const fast_jet *jet, int64_t begin, int64_t end)
+{
+    const bool is_closed = b->halfedge[end] == FAN_CLOSED;
+    const int64_t n = end - begin;
+    for (int64_t i = begin; i <= end; ++i)
+        b->slope[i] = SLOPE_FROM_HERE;
+    if (jet->ray < 0) return;
+    int64_t corner = begin;
+    while (b->halfedge[corner] != jet->ray)
+        ++corner;
+
+    /* the ray in its corner, spoke `corner` along the first axis */
+    const double t = (double)jet->crossing, a = b->spoke[corner], c = b->spoke[corner + 1];
+    const double c_x = c * b->cosine[corner], c_y = c * b->sine[corner];
+    const double x = t < 0.0 ? c_x + t * (c_x - a) : a + t * (c_x - a), y = t < 0.0 ? c_y + t * c_y : t * c_y;
+    const double square = x * x + y * y, inverse = square > 0.0 ? 1.0 / sqrt(square) : 0.0;
+    const double u = square > 0.0 ? x * inverse : 1.0, w = y * inverse;
+
+    /* counter-clockwise: the angle from the ray to the spoke as a point of the unit circle, turned corner by corner */
+    double re = b->cosine[corner] * u + b->sine[corner] * w, im = b->sine[corner] * u - b->cosine[corner] * w;
+    int64_t i = corner + 1;
+    for (int64_t k = 0; k < n && (im >= -STRAIGHT || k == 0); ++k) {
+        if (i == end && is_closed) i = begin;
+        b->slope[i] = (float)-re;
+        if (i == end) break;
+        const double next = re * b->cosine[i] - im * b->sine[i];
+        im = re * b->sine[i] + im * b->cosine[i];
+        re = next;
+        ++i;
+    }
+    /* clockwise */
+    re = u;
+    im = w;
+    i = corner;
+    for (int64_t k = 0; k < n && (im >= -STRAIGHT || k == 0); ++k) {
+        if ((float)-re < b->slope[i]) b->slope[i] = (float)-re;
+        if (i == begin) {
+            if (!is_closed) break;
+            i = end;
+        }
+        --i;
+        const double next = re * b->cosine[i] - im * b->sine[i];
+        im = re * b->sine[i] + im * b->cosine[i];
+        re = next;
+    }
+    if (is_closed) b->slope[end] = b->slope[begin];
+}
+
+static loxo_index source_of(const fast_state *s, loxo_index v) { return s->nearest != NULL ? s->nearest[v] : -1; }
+
+/* The edge of half-edge base, from a to b, both final, as seen from the third vertex. A vertex that is final already may
+ * still hear something new, but hardly over a vertex that is farther than itself, unless its corner is obtuse. */
+static void emit_task(const fast_state *s, fast_bench *bench, int64_t *n_tasks, loxo_index base, loxo_index a,
+                      loxo_index b, loxo_index target, double base_square, double a_square, double b_square)
+{
+    const double d_a = s->distance[a], d_b = s->distance[b], near = d_a < d_b ? d_a : d_b, far = d_a < d_b ? d_b : d_a;
+    if (s->m.halfedge_twin[base] < 0) return; /* no ray comes from beyond a boundary */
+    const bool is_obtuse = a_square + b_square < base_square;
+    if ((s->flags[target] & FAST_FINAL) != 0 && s->distance[target] <= (is_obtuse ? near : far)) return;
+    const float sigma_a = s->jet[a].sigma, sigma_b = s->jet[b].sigma;
+    const float high = sigma_a < sigma_b ? sigma_b : sigma_a, low = sigma_a < sigma_b ? sigma_a : sigma_b;
+    bench->task[(*n_tasks)++] = (fast_task){.base_square = base_square,
+                                            .a_square = a_square,
+                                            .b_square = b_square,
+                                            .d_a = d_a,
+                                            .d_b = d_b,
+                                            .sigma = (double)high <= near ? high : low,
+                                            .doubt_a = s->jet[a].doubt,
+                                            .doubt_b = s->jet[b].doubt,
+                                            .base = base,
+                                            .source_a = source_of(s, a),
+                                            .source_b = source_of(s, b)};
+}
+
+/* The edge from v to its neighbour across which `target` lies is final at v only, and its other end is far, compared with the
+ * way to the point that the distance is counted from: it may become final long after target, which hears of its ray through
+ * this edge from v alone. There the front is taken for the circle that v knows, at the distance from sigma and in the
+ * direction that its slope gives. Corner i; is_first: the edge is spoke i, and target at spoke i + 1; else the other way. */
+static void emit_one_end(const fast_state *s, fast_bench *b, loxo_index v, int64_t i, bool is_first, int64_t *n_steps)
+{
+    const int64_t edge = is_first ? i : i + 1, other = is_first ? i + 1 : i;
+    const loxo_index h = b->halfedge[i], half_of_edge = is_first ? h : k_previous(h), target = b->neighbour[other];
+    const double sigma = (double)s->jet[v].sigma, radius = s->distance[v] - sigma;
+    if (4.0 * b->rim[i] < radius * radius || s->m.halfedge_twin[half_of_edge] < 0) return;
+    const double slope = b->slope[edge] < 1.0f ? (double)b->slope[edge] : 1.0, base = b->spoke[edge];
+    const double x = b->spoke[other] * b->cosine[i], y = b->spoke[other] * b->sine[i];
+    const double from = -slope * radius, depth = radius * sqrt(1.0 - slope * slope), sum = y + depth;
+    const double way = sqrt((x - from) * (x - from) + sum * sum), crossing = from + (x - from) * depth / sum;
+    if (!(sigma + way < s->distance[target]) || !(crossing > 0.0) || !(crossing < base)) return;
+    const double share = crossing / base; /* from v; the ray's corner at target counts from the end of its half-edge */
+    b->step[(*n_steps)++] = (fast_step){.arrival = sigma + way,
+                                        .sigma = (float)sigma,
+                                        .length = (float)(way * y / sum),
+                                        .crossing = fast_crossing(is_first ? share : 1.0 - share),
+                                        .doubt = s->jet[v].doubt,
+                                        .target = target,
+                                        .ray = is_first ? k_previous(h) : k_next(h),
+                                        .source = source_of(s, v)};
+}
+
+/* What the neighbours of v hear: along the spokes, and through the edges of its faces whose other end is final too. An
+ * edge between two vertices that became final together is told by the one where its half-edge in that face starts. */
+static void emit(const fast_state *s, fast_bench *b, loxo_index v, int64_t begin, int64_t end, int64_t *n_tasks,
+                 int64_t *n_steps)
+{
+    const double d = s->distance[v];
+    const float sigma = s->jet[v].sigma;
+    for (int64_t i = begin; i < end + (b->halfedge[end] == FAN_OPEN); ++i) {
+        const loxo_index y = b->neighbour[i], h = i < end ? b->halfedge[i] : -1;
+        if (d + b->spoke[i] <= s->distance[y]) {
+            fast_step step = {.arrival = d + b->spoke[i],
+                              .sigma = b->slope[i] == SLOPE_FROM_HERE ? (float)d : sigma,
+                              .length = (float)b->spoke[i],
+                              .doubt = s->jet[v].doubt,
+                              .target = y,
+                              .source = source_of(s, v)};
+            if (i == end) { /* the boundary edge, whose half-edge starts at y */
+                step.ray = k_previous(b->halfedge[end - 1]);
+            } else if (s->m.halfedge_twin[h] >= 0) {
+                step.ray = s->m.halfedge_twin[h];
+            } else {
+                step.ray = k_next(h);
+                step.crossing = fast_crossing(1.0);
+            }
+            b->step[(*n_steps)++] = step;
+        }
+        if (i == end) return;
+        const loxo_index z = b->neighbour[i + 1], back = k_previous(h);
+        const double y_square = b->spoke[i] * b->spoke[i], z_square = b->spoke[i + 1] * b->spoke[i + 1];
+        const bool y_is_final = (s->flags[y] & FAST_FINAL) != 0, z_is_final = (s->flags[z] & FAST_FINAL) != 0;
+        if (y_is_final) emit_task(s, b, n_tasks, h, v, y, z, y_square, z_square, b->rim[i]);
+        if ((s->flags[z] & (FAST_FINAL | FAST_NEW)) == FAST_FINAL)
+            emit_task(s, b, n_tasks, back, z, v, y, z_square, b->rim[i], y_square);
+        if (y_is_final || z_is_final) continue;
+        emit_one_end(s, b, v, i, true, n_steps);
+        emit_one_end(s, b, v, i, false, n_steps);
+    }
+}
+
+/* Room for n more in a list of the round, as far as it fits; the number of all is counted in any case. */
+static int64_t reserve(int64_t *count, int64_t n, int64_t capacity)
+{
+    const int64_t begin = __atomic_fetch_add(count, n, __ATOMIC_RELAXED);
+    return begin + n <= capacity ? begin : -1;
+}
+
+/* Asks for what the fan of v will look up: the front meets most of its vertices and faces for the first time. */
+static void ask_for_fan(const fast_state *s, loxo_index v)
+{
+    const loxo_mesh_view *m = &s->m;
+    const loxo_index first = m->vertex_halfedge[v];
+    loxo_index h = first;
+    do {
+        const loxo_index back = k_previous(h), z = m->halfedge_vertex[back];
+        __builtin_prefetch(&s->distance[z]);
+        __builtin_prefetch(&s->jet[z]);
+        __builtin_prefetch(&s->flags[z]);
+        __builtin_prefetch(&m->vertex_halfedge[z]);
+        if (m->position != NULL)
+            __builtin_prefetch(&m->position[z]);
+        else
+            __builtin_prefetch(&m->position_float[z]);
+        h = m->halfedge_twin[back];
+    } while (h >= 0 && h != first);
+}
+
+void fast_expand(fast_state *s, int64_t begin, int64_t end)
+{
+    fast_bench *b = &s->bench[s->n_threads > 1 ? loxo_thread_id() : 0];
+    int64_t k = 0, n_tasks = 0, n_steps = 0;
+    for (int64_t i = begin; i < end; ++i)
+        ask_for_fan(s, s->fresh[i]);
+    for (int64_t i = begin; i < end; ++i) {
+        if ((k = lay_fan(&s->m, b, s->fresh[i], k)) >= 0) continue;
+        for (k = 0; begin < end; ++begin)
+            k += count_spokes(&s->m, s->fresh[begin]);
+        int64_t wanted = __atomic_load_n(&s->bench_wanted, __ATOMIC_RELAXED);
+        while (k > wanted &&
+               !__atomic_compare_exchange_n(&s->bench_wanted, &wanted, k, true, __ATOMIC_RELAXED, __ATOMIC_RELAXED)) {
+        }
+        return;
+    }
+    s->kernels->ring_corners(k - 1, b->spoke, b->rim, b->cosine, b->sine);
+    for (int64_t i = begin, first = 0, last; i < end; ++i, first = last + 1) {
+        const loxo_index v = s->fresh[i];
+        for (last = first; b->halfedge[last] >= 0;)
+            ++last;
+        find_slopes(b, &s->jet[v], first, last);
+        for (int64_t j = first; j < last; ++j)
+            s->slope[b->halfedge[j]] = b->slope[j] < 1.0f ? b->slope[j] : 1.0f;
+        emit(s, b, v, first, last, &n_tasks, &n_steps);
+    }
+    const int64_t task = reserve(&s->n_tasks, n_tasks, s->task_capacity);
+    if (task >= 0) memcpy(&s->task[task], b->task, (size_t)n_tasks * sizeof *b->task);
+    const int64_t step = reserve(&s->n_steps, n_steps, s->step_capacity);
+    if (step >= 0) memcpy(&s->step[step], b->step, (size_t)n_steps * sizeof *b->step);
+}
+
+static void lay_out_bench(fast_bench *b, loxo_arena *a, int64_t n_spokes)
+{
+    b->capacity = n_spokes;
+    b->halfedge = loxo_arena_take(a, n_spokes, sizeof *b->halfedge);
+    b->neighbour = loxo_arena_take(a, n_spokes, sizeof *b->neighbour);
+    b->spoke = loxo_arena_take(a, n_spokes, sizeof *b->spoke);
+    b->rim = loxo_arena_take(a, n_spokes, sizeof *b->rim);
+    b->cosine = loxo_arena_take(a, n_spokes, sizeof *b->cosine);
+    b->sine = loxo_arena_take(a, n_spokes, sizeof *b->sine);
+    b->slope = loxo_arena_take(a, n_spokes, sizeof *b->slope);
+    b->task = loxo_arena_take(a, FAST_TASKS_A_SPOKE * n_spokes, sizeof *b->task);
+    b->step = loxo_arena_take(a, FAST_STEPS_A_SPOKE * n_spokes, sizeof *b->step);
+}
+
+loxo_status fast_reserve_benches(fast_state *s, int64_t n_spokes)
+{
+    loxo_arena_destroy(s->ctx, &s->bench_arena);
+    s->bench_arena = (loxo_arena){0};
+    s->bench_capacity = 0;
+    for (int t = 0; t < s->n_benches; ++t)
+        lay_out_bench(&s->bench[t], &s->bench_arena, n_spokes);
+    const loxo_status status = loxo_arena_reserve(s->ctx, &s->bench_arena, "geodesic: the fans of vertices");
+    if (status < 0) return status;
+    for (int t = 0; t < s->n_benches; ++t)
+        lay_out_bench(&s->bench[t], &s->bench_arena, n_spokes);
+    s->bench_capacity = n_spokes;
+    return LOXO_OK;
+}

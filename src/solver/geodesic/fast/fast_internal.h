@@ -1,0 +1,114 @@
+/* SPDX-License-Identifier: MIT
+ * Inside of the fast method: what a vertex keeps of the ray that reached it, and the rounds of the front. */
+#ifndef LOXO_SOLVER_GEODESIC_FAST_INTERNAL_H
+#define LOXO_SOLVER_GEODESIC_FAST_INTERNAL_H
+
+#include "base/arena.h"
+#include "kernel/variants.h"
+#include "solver/geodesic/engine.h"
+
+/* A vertex of the front becomes final when no neighbour that is not final is nearer, and its distance is at most the least of
+ * the front plus so many times the last leg of its ray. Part of the answer. */
+#define FAST_WIDTH 1.5
+/* A final vertex that is heard of again, earlier by so many times the last leg of its ray, goes back to the front. */
+#define FAST_GAIN 1e-3
+
+enum { FAST_IN_FRONT = 1, FAST_FINAL = 2, FAST_NEW = 4, FAST_LOCKED = 8, FAST_LISTED = 16 };
+
+/* The ray that reached a vertex: it leaves the vertex into the corner of half-edge `ray`, which starts there, and crosses the
+ * edge across that corner at share t from the end of `ray`. */
+typedef struct fast_jet {
+    loxo_index ray; /* -1 at a source */
+    float crossing; /* from the nearer end: t, or t - 1 < 0, so that short legs keep their direction */
+    float sigma;    /* distance of the point that the ray seems to come from */
+    float length;   /* of the last leg, from the crossing to the vertex */
+    float doubt;    /* estimate of the distance's error, added up along the ray */
+} fast_jet;
+
+static inline float fast_crossing(double t) { return (float)(t <= 0.5 ? t : t < 1.0 ? t - 1.0 : -1e-30); }
+
+/* A vertex of the front, and a nearer neighbour that it was found to wait for; -1: none yet. */
+typedef struct fast_waiting {
+    loxo_index vertex, nearer;
+} fast_waiting;
+
+/* An edge between two final vertices, and through it the third vertex of the face of half-edge base. */
+typedef struct fast_task {
+    double base_square, a_square, b_square, d_a, d_b;
+    float sigma, doubt_a, doubt_b;
+    loxo_index base; /* from A to B */
+    loxo_index source_a, source_b;
+} fast_task;
+
+/* A way along an edge. */
+typedef struct fast_step {
+    double arrival;
+    float sigma, length, crossing, doubt;
+    loxo_index target, ray, source;
+} fast_step;
+
+/* One a thread: the fans of the vertices that are worked on, one after the other, and what they emit. */
+typedef struct fast_bench {
+    int64_t capacity;                    /* of the fans, in spokes */
+    loxo_index *halfedge;                /* [capacity] along spoke i; the last of a fan: FAN_CLOSED or FAN_OPEN */
+    loxo_index *neighbour;               /* [capacity] at its end */
+    double *spoke, *rim, *cosine, *sine; /* [capacity] as k_ring_corners */
+    float *slope;                        /* [capacity] */
+    fast_task *task;                     /* [2 capacity] */
+    fast_step *step;                     /* [3 capacity] */
+} fast_bench;
+
+typedef enum fast_stage { FAST_SELECT, FAST_EXPAND, FAST_COMMIT } fast_stage;
+
+typedef struct fast_state {
+    const geodesic_problem *problem;
+    loxo_context *ctx;
+    loxo_mesh_view m;
+    const k_variant *kernels;
+    int n_threads;
+    loxo_arena arena;
+    double *distance;       /* [n_vertices] */
+    fast_jet *jet;          /* [n_vertices] */
+    uint8_t *flags;         /* [n_vertices] */
+    float *slope;           /* [3 n_faces] of the distance along the half-edge, at its start, once that is final */
+    fast_waiting *front[2]; /* [n_vertices] reached, not final: the present round's and the next */
+    loxo_index *fresh;      /* [n_vertices] final since this round */
+    loxo_index *nearest;    /* [n_vertices] of the present solve; NULL: not wanted */
+
+    /* allocations of their own, which grow where a round or a fan needs more */
+    loxo_arena bench_arena;
+    fast_bench *bench; /* [n_benches] */
+    int n_benches;     /* most threads that there can be */
+    fast_task *task;
+    fast_step *step;
+    int64_t bench_capacity, task_capacity, step_capacity;
+
+    /* the present round */
+    fast_stage stage;
+    bool is_begun, is_over;
+    double limit;
+    int side; /* front[side] is the present one */
+    int64_t n_front, n_next, n_fresh, n_tasks, n_steps;
+    int64_t bench_wanted;  /* a fan, or what a piece of the round emits, did not fit */
+    double horizon;        /* least distance in the front */
+    uint64_t next_horizon; /* the same of the next, as bits */
+    int64_t n_rounds, n_final, n_updates;
+
+    int64_t n_touched; /* what a limited solve reached stands in fresh, ascending; -1: no such list, it may be all */
+} fast_state;
+
+/* front.c: runs rounds from what the seeds put into the front until it is empty, or beyond limit, or the monitor stops it
+ * (LOXO_STOPPED without a message). LOXO_ERR_MEMORY. */
+loxo_status fast_run(fast_state *s, double limit);
+/* Puts a vertex into the front: a source, or a corner of the face that one is in. */
+void fast_seed(fast_state *s, loxo_index v, double distance, const fast_jet *jet, loxo_index source);
+
+/* expand.c: the vertices of fresh[begin..end-1]: their slopes, and what they emit. */
+void fast_expand(fast_state *s, int64_t begin, int64_t end);
+/* Tasks that one vertex emits at most, and steps, for each spoke. */
+#define FAST_TASKS_A_SPOKE   2
+#define FAST_STEPS_A_SPOKE   3
+#define FAST_SPOKES_AT_FIRST 2048
+loxo_status fast_reserve_benches(fast_state *s, int64_t n_spokes);
+
+#endif

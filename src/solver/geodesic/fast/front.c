@@ -1,0 +1,315 @@
+/* SPDX-License-Identifier: MIT
+ * The front moves in rounds of three phases, each shared out in chunks: which of the front are final now; what those
+ * tell; what their neighbours make of it. A round reads what earlier rounds wrote, and of all that a vertex hears in
+ * one round it keeps the least: so nothing depends on the order in which chunks are worked on. */
+#include "base/allocate.h"
+#include "kernel/vec3.h"
+#include "par/phases.h"
+#include "par/range.h"
+#include "solver/geodesic/fast/fast_internal.h"
+
+#include <math.h>
+#include <string.h>
+
+#define SELECT_CHUNK   512
+#define EXPAND_CHUNK   32
+#define COMMIT_CHUNK   (2 * K_JETS)
+#define LISTS_AT_FIRST 65536
+
+/* The bits of a distance: as whole numbers they are ordered as distances are. */
+static uint64_t bits_of(double distance)
+{
+    uint64_t bits;
+    memcpy(&bits, &distance, sizeof bits);
+    return bits;
+}
+
+static void lower(uint64_t *least, uint64_t bits)
+{
+    uint64_t old = __atomic_load_n(least, __ATOMIC_RELAXED);
+    while (bits < old && !__atomic_compare_exchange_n(least, &old, bits, true, __ATOMIC_RELAXED, __ATOMIC_RELAXED)) {
+    }
+}
+
+/* What a chunk puts into the next front. */
+typedef struct fast_batch {
+    fast_waiting entry[SELECT_CHUNK];
+    int64_t n;
+    uint64_t least;
+} fast_batch;
+
+static void put_batch(fast_state *s, const fast_batch *batch)
+{
+    if (batch->n > 0) {
+        const int64_t begin = __atomic_fetch_add(&s->n_next, batch->n, __ATOMIC_RELAXED);
+        memcpy(&s->front[1 - s->side][begin], batch->entry, (size_t)batch->n * sizeof *batch->entry);
+    }
+    lower(&s->next_horizon, batch->least);
+}
+
+/* Whether v has to wait for y. What becomes final in this very round counts as not final: so it does not matter which of the
+ * two is looked at first. */
+static bool is_nearer(const fast_state *s, loxo_index y, double d)
+{
+    const unsigned flags = __atomic_load_n(&s->flags[y], __ATOMIC_RELAXED);
+    return s->distance[y] < d && (flags & (FAST_FINAL | FAST_NEW)) != FAST_FINAL;
+}
+
+/* A neighbour that v has to wait for, -1: none. */
+static loxo_index find_nearer(const fast_state *s, loxo_index v, double d)
+{
+    const loxo_mesh_view *m = &s->m;
+    const loxo_index first = m->vertex_halfedge[v];
+    loxo_index h = first, y = k_head(m, h);
+    if (is_nearer(s, y, d)) return y;
+    do {
+        const loxo_index back = k_previous(h);
+        y = m->halfedge_vertex[back];
+        if (is_nearer(s, y, d)) return y;
+        h = m->halfedge_twin[back];
+    } while (h >= 0 && h != first);
+    return -1;
+}
+
+/* Takes the final ones out of the front. */
+static void select_chunk(fast_state *s, int64_t begin, int64_t end)
+{
+    loxo_index fresh[SELECT_CHUNK];
+    fast_batch batch = {.n = 0, .least = UINT64_MAX};
+    int64_t n_fresh = 0;
+    for (int64_t i = begin; i < end; ++i) {
+        fast_waiting w = s->front[s->side][i];
+        const double d = s->distance[w.vertex];
+        bool waits = w.nearer >= 0 && is_nearer(s, w.nearer, d);
+        if (!waits) waits = !(d <= s->horizon + FAST_WIDTH * (double)s->jet[w.vertex].length);
+        if (!waits) waits = (w.nearer = find_nearer(s, w.vertex, d)) >= 0;
+        if (waits) {
+            batch.entry[batch.n++] = w;
+            if (bits_of(d) < batch.least) batch.least = bits_of(d);
+        } else {
+            fresh[n_fresh++] = w.vertex;
+            __atomic_store_n(&s->flags[w.vertex], FAST_FINAL | FAST_NEW, __ATOMIC_RELAXED);
+        }
+    }
+    put_batch(s, &batch);
+    const int64_t to = __atomic_fetch_add(&s->n_fresh, n_fresh, __ATOMIC_RELAXED);
+    memcpy(&s->fresh[to], fresh, (size_t)n_fresh * sizeof *fresh);
+}
+
+static void lock(fast_state *s, loxo_index v)
+{
+    while ((__atomic_fetch_or(&s->flags[v], FAST_LOCKED, __ATOMIC_ACQUIRE) & FAST_LOCKED) != 0) {
+    }
+}
+
+/* A ray arrives at v. Kept is the earliest, of equal ones that of the lowest half-edge. */
+static void offer(fast_state *s, fast_batch *batch, loxo_index v, double arrival, const fast_jet *jet,
+                  loxo_index source)
+{
+    double d;
+    __atomic_load(&s->distance[v], &d, __ATOMIC_RELAXED);
+    if (!(arrival <= d)) return;
+    if (s->n_threads > 1) lock(s, v);
+    const unsigned flags = s->n_threads > 1 ? __atomic_load_n(&s->flags[v], __ATOMIC_RELAXED) : s->flags[v];
+    unsigned toggled = s->n_threads > 1 ? FAST_LOCKED : 0;
+    const fast_jet old = s->jet[v];
+    d = s->distance[v];
+    const bool is_better = (flags & FAST_FINAL) != 0 ? arrival < d - FAST_GAIN * (double)old.length
+                                                     : arrival < d || (arrival == d && jet->ray < old.ray);
+    if (is_better) {
+        __atomic_store(&s->distance[v], &arrival, __ATOMIC_RELAXED);
+        s->jet[v] = *jet;
+        if (s->nearest != NULL) s->nearest[v] = source;
+        if ((flags & FAST_IN_FRONT) == 0) {
+            const loxo_index h = s->m.vertex_halfedge[v];
+            __builtin_prefetch(&s->m.halfedge_vertex[h]);
+            __builtin_prefetch(&s->m.halfedge_twin[h]);
+            __builtin_prefetch(&s->slope[h], 1);
+            batch->entry[batch->n++] = (fast_waiting){v, -1};
+        }
+        if (bits_of(arrival) < batch->least) batch->least = bits_of(arrival);
+        toggled |= (flags & FAST_FINAL) | (~flags & FAST_IN_FRONT);
+    }
+    /* Another thread may take FAST_NEW away meanwhile: that bit stays out of it. */
+    if (s->n_threads > 1)
+        __atomic_fetch_xor(&s->flags[v], (uint8_t)toggled, __ATOMIC_RELEASE);
+    else
+        s->flags[v] ^= (uint8_t)toggled;
+}
+
+static void commit_tasks(fast_state *s, int64_t begin, int64_t end)
+{
+    k_jet_batch b;
+    fast_batch batch = {.n = 0, .least = UINT64_MAX};
+    const loxo_mesh_view *m = &s->m;
+    for (int64_t first = begin; first < end; first += K_JETS) {
+        const int64_t n = end - first < K_JETS ? end - first : K_JETS;
+        for (int64_t i = 0; i < K_JETS; ++i) {
+            const fast_task *t = &s->task[first + (i < n ? i : n - 1)];
+            b.base_square[i] = t->base_square;
+            b.a_square[i] = t->a_square;
+            b.b_square[i] = t->b_square;
+            b.d_a[i] = t->d_a;
+            b.d_b[i] = t->d_b;
+            b.slope_a[i] = (double)s->slope[t->base];
+            b.slope_b[i] = (double)s->slope[m->halfedge_twin[t->base]];
+            b.sigma[i] = (double)t->sigma;
+        }
+        s->kernels->jet_arrivals(&b);
+        for (int64_t i = 0; i < n; ++i) {
+            const fast_task *t = &s->task[first + i];
+            const loxo_index ray = k_previous(t->base);
+            if (!(b.crossing[i] > 0.0) || !(b.crossing[i] < 1.0)) continue; /* along the edge */
+            const float share = (float)b.crossing[i];
+            const fast_jet jet = {.ray = ray,
+                                  .crossing = fast_crossing(b.crossing[i]),
+                                  .sigma = t->sigma,
+                                  .length = (float)b.way[i],
+                                  .doubt = (1.0f - share) * t->doubt_a + share * t->doubt_b + (float)b.doubt[i]};
+            offer(s, &batch, m->halfedge_vertex[ray], b.arrival[i], &jet, share < 0.5f ? t->source_a : t->source_b);
+        }
+    }
+    put_batch(s, &batch);
+}
+
+static void commit_steps(fast_state *s, int64_t begin, int64_t end)
+{
+    fast_batch batch = {.n = 0, .least = UINT64_MAX};
+    for (int64_t i = begin; i < end; ++i) {
+        const fast_step *step = &s->step[i];
+        const fast_jet jet = {step->ray, step->crossing, step->sigma, step->length, step->doubt};
+        offer(s, &batch, step->target, step->arrival, &jet, step->source);
+    }
+    put_batch(s, &batch);
+}
+
+static int64_t n_chunks(int64_t n, int64_t chunk) { return (n + chunk - 1) / chunk; }
+
+static int64_t least(int64_t a, int64_t b) { return a < b ? a : b; }
+
+static void commit_chunk(fast_state *s, int64_t chunk)
+{
+    const int64_t of_tasks = n_chunks(s->n_tasks, COMMIT_CHUNK), of_steps = n_chunks(s->n_steps, COMMIT_CHUNK);
+    if (chunk < of_tasks) {
+        commit_tasks(s, chunk * COMMIT_CHUNK, least((chunk + 1) * COMMIT_CHUNK, s->n_tasks));
+        return;
+    }
+    chunk -= of_tasks;
+    if (chunk < of_steps) {
+        commit_steps(s, chunk * COMMIT_CHUNK, least((chunk + 1) * COMMIT_CHUNK, s->n_steps));
+        return;
+    }
+    chunk -= of_steps;
+    for (int64_t i = chunk * SELECT_CHUNK; i < least((chunk + 1) * SELECT_CHUNK, s->n_fresh); ++i)
+        __atomic_fetch_and(&s->flags[s->fresh[i]], (uint8_t)~FAST_NEW, __ATOMIC_RELAXED);
+}
+
+static void work(void *arg, int64_t chunk)
+{
+    fast_state *s = arg;
+    if (s->stage == FAST_SELECT)
+        select_chunk(s, chunk * SELECT_CHUNK, least((chunk + 1) * SELECT_CHUNK, s->n_front));
+    else if (s->stage == FAST_EXPAND)
+        fast_expand(s, chunk * EXPAND_CHUNK, least((chunk + 1) * EXPAND_CHUNK, s->n_fresh));
+    else
+        commit_chunk(s, chunk);
+}
+
+static bool fits(const fast_state *s)
+{
+    return s->bench_wanted <= s->bench_capacity && s->n_tasks <= s->task_capacity && s->n_steps <= s->step_capacity;
+}
+
+static int64_t begin_expand(fast_state *s)
+{
+    s->stage = FAST_EXPAND;
+    s->n_tasks = s->n_steps = 0;
+    return n_chunks(s->n_fresh, EXPAND_CHUNK);
+}
+
+static int64_t advance(void *arg)
+{
+    fast_state *s = arg;
+    if (!s->is_begun) { /* the first call of all, or an expansion that is done again with more room */
+        s->is_begun = true;
+        if (s->stage == FAST_EXPAND) return begin_expand(s);
+    } else if (s->stage == FAST_SELECT) {
+        return begin_expand(s);
+    } else if (s->stage == FAST_EXPAND) {
+        if (!fits(s)) return -1;
+        s->stage = FAST_COMMIT;
+        __atomic_store_n(&s->n_final, s->n_final + s->n_fresh, __ATOMIC_RELAXED);
+        s->n_updates += s->n_tasks;
+        return n_chunks(s->n_tasks, COMMIT_CHUNK) + n_chunks(s->n_steps, COMMIT_CHUNK) +
+               n_chunks(s->n_fresh, SELECT_CHUNK);
+    }
+    s->side = 1 - s->side;
+    s->n_front = s->n_next;
+    s->n_next = s->n_fresh = 0;
+    memcpy(&s->horizon, &s->next_horizon, sizeof s->horizon);
+    s->next_horizon = UINT64_MAX;
+    s->stage = FAST_SELECT;
+    if (s->n_front == 0 || !(s->horizon <= s->limit)) {
+        s->is_over = true;
+        return -1;
+    }
+    ++s->n_rounds;
+    return n_chunks(s->n_front, SELECT_CHUNK);
+}
+
+static bool poll(void *arg)
+{
+    const fast_state *s = arg;
+    const double done = (double)__atomic_load_n(&s->n_final, __ATOMIC_RELAXED) / (double)s->m.n_vertices;
+    return loxo_stop_wanted(s->ctx, "propagate", fmin(1.0, done));
+}
+
+/* At least wanted, and half as many again as there were. */
+static loxo_status grow(fast_state *s, void **list, int64_t *capacity, int64_t wanted, size_t size)
+{
+    if (wanted <= *capacity) return LOXO_OK;
+    const int64_t more = *capacity + *capacity / 2, n = wanted > more ? wanted : more;
+    loxo_release(s->ctx, *list);
+    *capacity = 0;
+    if ((*list = loxo_allocate(s->ctx, n, size)) == NULL) return LOXO_ERR_MEMORY;
+    *capacity = n;
+    return LOXO_OK;
+}
+
+static loxo_status make_room(fast_state *s)
+{
+    void *task = s->task, *step = s->step;
+    loxo_status status = grow(s, &task, &s->task_capacity, s->n_tasks, sizeof *s->task);
+    s->task = task;
+    if (status >= 0) status = grow(s, &step, &s->step_capacity, s->n_steps, sizeof *s->step);
+    s->step = step;
+    if (status >= 0 && s->bench_wanted > s->bench_capacity) status = fast_reserve_benches(s, s->bench_wanted);
+    return status;
+}
+
+void fast_seed(fast_state *s, loxo_index v, double distance, const fast_jet *jet, loxo_index source)
+{
+    fast_batch batch = {.n = 0, .least = UINT64_MAX};
+    offer(s, &batch, v, distance, jet, source);
+    put_batch(s, &batch);
+}
+
+loxo_status fast_run(fast_state *s, double limit)
+{
+    const loxo_phases phases = {advance, work, poll, s};
+    s->limit = limit;
+    s->is_over = false;
+    s->stage = FAST_SELECT;
+    if (s->task_capacity == 0) {
+        s->n_tasks = s->n_steps = LISTS_AT_FIRST;
+        const loxo_status status = make_room(s);
+        if (status < 0) return status;
+    }
+    for (;;) {
+        s->is_begun = false;
+        if (loxo_phases_run(&phases, s->n_threads)) return LOXO_STOPPED;
+        if (s->is_over) return LOXO_OK;
+        const loxo_status status = make_room(s);
+        if (status < 0) return status;
+    }
+}

@@ -1,0 +1,352 @@
+/* SPDX-License-Identifier: MIT
+ * The fast method against closed forms and against exact distances; its estimate of its own error; limits, sources
+ * inside faces, nearest sources; fans of any size; how it ends early. */
+#include "base/context.h"
+#include "surfaces.h"
+
+#include <loxo/geodesic.h>
+#include <loxo/io.h>
+
+#define HALF_TURN 3.14159265358979323846
+
+static loxo_geodesic_settings settings_of(loxo_geodesic_method method)
+{
+    loxo_geodesic_settings settings = loxo_geodesic_settings_default();
+    settings.method = method;
+    return settings;
+}
+
+/* Mean relative error, eq. (29). */
+static double mean_error(const double *distance, const double *truth, int64_t n)
+{
+    double sum = 0.0;
+    int64_t count = 0;
+    for (int64_t v = 0; v < n; ++v) {
+        CHECK(isfinite(distance[v]) == isfinite(truth[v]));
+        if (!(truth[v] > 0.0) || !isfinite(truth[v])) continue;
+        sum += fabs(distance[v] - truth[v]) / truth[v];
+        ++count;
+    }
+    return sum / (double)count;
+}
+
+/* On a convex plane all rays are straight lines from the source, and edges know that exactly. What is left: obtuse triangles,
+ * whose third vertex may be final before an end of the edge that its ray crosses, and gains below a thousandth of a leg. */
+TEST(planes_are_flat)
+{
+    static const loxo_shape shapes[] = {LOXO_SHAPE_DISK, LOXO_SHAPE_GRID, LOXO_SHAPE_STRIP};
+    const loxo_geodesic_settings settings = settings_of(LOXO_GEODESIC_FAST);
+    for (int i = 0; i < 3; ++i) {
+        surface s = surface_make(test_context, shapes[i], 5000, NAN);
+        double *distance = surface_numbers(&s), *truth = surface_numbers(&s);
+        const loxo_index source = (loxo_index)(s.soup.n_vertices / 3);
+        const double *a = &s.soup.position[3 * source];
+        double worst = 0.0;
+        loxo_geodesic_info info;
+        CHECK_OK(loxo_geodesic_distance(test_context, s.mesh, &settings, &source, 1, distance, &info));
+        for (int64_t v = 0; v < s.soup.n_vertices; ++v) {
+            const double *p = &s.soup.position[3 * v];
+            truth[v] = hypot(p[0] - a[0], p[1] - a[1]);
+            worst = fmax(worst, fabs(distance[v] - truth[v]) / info.mean_edge_length);
+        }
+        const double error = mean_error(distance, truth, s.soup.n_vertices);
+        print_message("%s: %.1e, estimated %.1e, off by %.1e edges at most\n", loxo_shape_name(shapes[i]), error,
+                      info.error_estimate, worst);
+        CHECK(error < 5e-5 && worst < 1e-2);
+        loxo_release(test_context, distance);
+        loxo_release(test_context, truth);
+        surface_destroy(&s);
+    }
+}
+
+/* Error towards exact distances, and the estimate of it, which is to lie above it and below ten times it. */
+static void check_against_exact(const surface *s, const char *name, const loxo_index *sources, int64_t n_sources,
+                                double most)
+{
+    const loxo_geodesic_settings fast = settings_of(LOXO_GEODESIC_FAST), exact = settings_of(LOXO_GEODESIC_EXACT);
+    double *distance = surface_numbers(s), *truth = surface_numbers(s);
+    loxo_geodesic_info info;
+    CHECK_OK(loxo_geodesic_distance(s->ctx, s->mesh, &fast, sources, n_sources, distance, &info));
+    CHECK_OK(loxo_geodesic_distance(s->ctx, s->mesh, &exact, sources, n_sources, truth, NULL));
+    const double error = mean_error(distance, truth, s->soup.n_vertices);
+    print_message("%s, %lld sources: %.4f %%, estimated %.4f %%\n", name, (long long)n_sources, 100.0 * error,
+                  100.0 * info.error_estimate);
+    CHECK(error < most);
+    CHECK(info.error_estimate >= error && info.error_estimate <= 10.0 * error);
+    loxo_release(s->ctx, distance);
+    loxo_release(s->ctx, truth);
+}
+
+typedef struct shape_case {
+    loxo_shape shape;
+    double param, most;
+} shape_case;
+
+TEST(errors_on_generated_surfaces)
+{
+    static const shape_case cases[] = {
+        {LOXO_SHAPE_ICOSPHERE, NAN, 1e-4}, {LOXO_SHAPE_ELLIPSOID, NAN, 3e-4}, {LOXO_SHAPE_TORUS, NAN, 1e-3},
+        {LOXO_SHAPE_GENUS, 3.0, 2e-3},     {LOXO_SHAPE_BRAIN, NAN, 3e-3},     {LOXO_SHAPE_NOISY, 0.2, 3e-3},
+        {LOXO_SHAPE_BUMPY, NAN, 1e-2}, /* 20,000 vertices are far too few for these bumps */
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; ++i) {
+        surface s = surface_make(test_context, cases[i].shape, 8000, cases[i].param);
+        const loxo_index sources[] = {17, (loxo_index)(s.soup.n_vertices / 2), (loxo_index)(s.soup.n_vertices - 5)};
+        check_against_exact(&s, loxo_shape_name(cases[i].shape), sources, 1, cases[i].most);
+        check_against_exact(&s, loxo_shape_name(cases[i].shape), sources, 3, 2.0 * cases[i].most);
+        surface_destroy(&s);
+    }
+}
+
+/* Errors and estimates on scans: bars are 0.1 % on igea and 0.3 % on all. */
+TEST(errors_on_scans)
+{
+    static const char *const names[] = {"igea134k.ply",        "kitten10k.ply",   "david11k.ply",
+                                        "spot3k.obj.gz",       "fandisk.obj.gz",  "moai48k-slivers.ply",
+                                        "homer6k.obj.gz",      "camel10k.off.gz", "maxplanck10k.obj.gz",
+                                        "fsaverage5.lh.white", "bimba25k.ply",    "horse20k.off.gz"};
+    NEEDS_IDS(1000000);
+    for (size_t i = 0; i < sizeof names / sizeof *names; ++i) {
+        char path[64];
+        snprintf(path, sizeof path, "meshes/surfaces/%s", names[i]);
+        const char *file = test_shared(path);
+        loxo_soup soup = {0};
+        if (file == NULL) SKIP();
+        CHECK_OK(loxo_read_mesh(test_context, file, NULL, &soup));
+        surface s = surface_from_soup(test_context, soup, LOXO_ORDER_AUTO);
+        check_against_exact(&s, names[i], (const loxo_index[]){0}, 1, i == 0 ? 1e-3 : 3e-3);
+        surface_destroy(&s);
+    }
+}
+
+/* 20,000 edges long: nothing adds up, nothing runs out of range. */
+TEST(long_strips)
+{
+    NEEDS_IDS(200000);
+    surface s = surface_make(test_context, LOXO_SHAPE_STRIP, 40000, NAN);
+    const loxo_geodesic_settings settings = settings_of(LOXO_GEODESIC_FAST);
+    double *distance = surface_numbers(&s);
+    const double *p = s.soup.position;
+    CHECK_OK(loxo_geodesic_distance(test_context, s.mesh, &settings, (const loxo_index[]){0}, 1, distance, NULL));
+    for (int64_t v = 0; v < s.soup.n_vertices; ++v) {
+        const double truth = hypot(p[3 * v] - p[0], p[3 * v + 1] - p[1]);
+        CHECK_NEAR(distance[v], truth, 1e-6 * truth + 1e-2);
+    }
+    loxo_release(test_context, distance);
+    surface_destroy(&s);
+}
+
+TEST(sources_inside_faces)
+{
+    surface s = surface_make(test_context, LOXO_SHAPE_DISK, 5000, NAN);
+    const loxo_geodesic_settings settings = settings_of(LOXO_GEODESIC_FAST);
+    double *distance = surface_numbers(&s);
+    loxo_geodesic *g = NULL;
+    CHECK_OK(loxo_geodesic_create(test_context, s.mesh, &settings, &g));
+    static const double weights[][3] = {{0.2, 0.3, 0.5}, {0.5, 0.5, 0.0}, {0.0, 0.1, 0.9}, {1.0, 0.0, 0.0}};
+    for (int i = 0; i < 4; ++i) {
+        const loxo_index *t = &s.soup.triangle[3 * 2500];
+        loxo_surface_point point = {.vertex = {t[0], t[1], t[2]}};
+        double at[2] = {0.0, 0.0};
+        memcpy(point.weight, weights[i], sizeof point.weight);
+        for (int k = 0; k < 3; ++k)
+            for (int j = 0; j < 2; ++j)
+                at[j] += weights[i][k] * s.soup.position[3 * t[k] + j];
+        CHECK_OK(loxo_geodesic_solve_points(g, &point, 1, distance, NULL));
+        for (int64_t v = 0; v < s.soup.n_vertices; ++v) {
+            const double *p = &s.soup.position[3 * v];
+            CHECK_NEAR(distance[v], hypot(p[0] - at[0], p[1] - at[1]), 6e-4); /* a fiftieth of an edge */
+        }
+    }
+    loxo_geodesic_destroy(g);
+    loxo_release(test_context, distance);
+    surface_destroy(&s);
+}
+
+/* A fan of many faces: more corners than a thread's bench holds at first. The distance between points of the rim is a
+ * chord of the unrolled cone, or the way over the apex; each vertex of the rim hears of its ray through a needle whose far end
+ * is passed much later. */
+TEST(vertices_of_many_faces)
+{
+    enum { N = 6000 };
+    NEEDS_IDS(3 * N + 3);
+    const double height = 1.0, slant = sqrt(1.0 + height * height), turn = 2.0 * HALF_TURN / slant;
+    double(*position)[3] = malloc((N + 1) * sizeof *position);
+    loxo_index(*triangle)[3] = malloc(N * sizeof *triangle);
+    const loxo_geodesic_settings settings = settings_of(LOXO_GEODESIC_FAST);
+    for (int i = 0; i < N; ++i) {
+        const double angle = 2.0 * HALF_TURN * i / N;
+        position[i][0] = cos(angle), position[i][1] = sin(angle), position[i][2] = 0.0;
+        triangle[i][0] = N, triangle[i][1] = (loxo_index)i, triangle[i][2] = (loxo_index)((i + 1) % N);
+    }
+    position[N][0] = position[N][1] = 0.0, position[N][2] = height;
+    surface s = surface_small(test_context, N + 1, position[0], N, triangle[0]);
+    double *distance = surface_numbers(&s);
+    CHECK_OK(loxo_geodesic_distance(test_context, s.mesh, &settings, (const loxo_index[]){N}, 1, distance, NULL));
+    for (int i = 0; i < N; ++i)
+        CHECK_NEAR(distance[i], slant, 1e-12);
+    CHECK_OK(loxo_geodesic_distance(test_context, s.mesh, &settings, (const loxo_index[]){0}, 1, distance, NULL));
+    CHECK_NEAR(distance[N], slant, 1e-12);
+    for (int i = 0; i < N; i += 100) {
+        const double angle = turn * (i <= N / 2 ? i : N - i) / N;
+        CHECK_NEAR(distance[i], angle < HALF_TURN ? 2.0 * slant * sin(0.5 * angle) : 2.0 * slant, 1e-4);
+    }
+    free(position);
+    free(triangle);
+    loxo_release(test_context, distance);
+    surface_destroy(&s);
+}
+
+/* Inside a limit every bit is that of a solve without one, and what it leaves behind does not show in the next. */
+TEST(limits)
+{
+    surface s = surface_make(test_context, LOXO_SHAPE_BUMPY, 8000, NAN);
+    loxo_geodesic_settings settings = settings_of(LOXO_GEODESIC_FAST);
+    const int64_t n = s.soup.n_vertices;
+    double *whole = surface_numbers(&s), *distance = surface_numbers(&s);
+    loxo_geodesic *g = NULL;
+    loxo_geodesic_info all, some;
+    settings.nearest = true;
+    loxo_index *nearest = loxo_allocate(test_context, n, sizeof *nearest);
+    CHECK_OK(loxo_geodesic_create(test_context, s.mesh, &settings, &g));
+    for (int round = 0; round < 2; ++round) {
+        static const loxo_index sources[] = {3, 4000};
+        CHECK_OK(loxo_geodesic_limit(g, HUGE_VAL));
+        CHECK_OK(loxo_geodesic_solve(g, sources, 2, whole, &all));
+        for (int i = 0; i < 3; ++i) {
+            const double limit = (i == 2 ? 0.9 : 0.1 * (i + 1)) * all.distance_max;
+            CHECK_OK(loxo_geodesic_limit(g, limit));
+            CHECK_OK(loxo_geodesic_solve(g, sources, 2, distance, &some));
+            CHECK_OK(loxo_geodesic_nearest(g, nearest));
+            for (int64_t v = 0; v < n; ++v) {
+                CHECK_EQUAL(distance[v], whole[v] <= limit ? whole[v] : HUGE_VAL);
+                CHECK((nearest[v] >= 0) == (distance[v] < HUGE_VAL));
+            }
+            CHECK(i == 2 || some.n_evaluations < all.n_evaluations / 4);
+            CHECK(some.distance_max <= limit);
+        }
+    }
+    loxo_geodesic_destroy(g);
+    loxo_release(test_context, nearest);
+    loxo_release(test_context, whole);
+    loxo_release(test_context, distance);
+    surface_destroy(&s);
+}
+
+/* The source that a vertex is told to be nearest is, but for the error of the distances. */
+TEST(nearest_sources)
+{
+    surface s = surface_make(test_context, LOXO_SHAPE_TORUS, 4000, NAN);
+    loxo_geodesic_settings settings = settings_of(LOXO_GEODESIC_FAST);
+    const loxo_index sources[] = {3000, 11, 2000, 777};
+    const int64_t n = s.soup.n_vertices;
+    double *all = surface_numbers(&s), *distance[4];
+    loxo_index *nearest = loxo_allocate(test_context, n, sizeof *nearest);
+    loxo_geodesic *g = NULL;
+    settings.nearest = true;
+    CHECK_OK(loxo_geodesic_create(test_context, s.mesh, &settings, &g));
+    for (int i = 0; i < 4; ++i) {
+        distance[i] = surface_numbers(&s);
+        CHECK_OK(loxo_geodesic_solve(g, &sources[i], 1, distance[i], NULL));
+    }
+    CHECK_OK(loxo_geodesic_solve(g, sources, 4, all, NULL));
+    CHECK_OK(loxo_geodesic_nearest(g, nearest));
+    for (int64_t v = 0; v < n; ++v) {
+        double least = HUGE_VAL;
+        for (int i = 0; i < 4; ++i)
+            least = fmin(least, distance[i][v]);
+        CHECK_NEAR(all[v], least, 1e-2);
+        CHECK(nearest[v] >= 0 && nearest[v] < 4);
+        CHECK_NEAR(distance[nearest[v]][v], least, 3e-2); /* near a border it may be the other one */
+    }
+    for (int i = 0; i < 4; ++i)
+        loxo_release(test_context, distance[i]);
+    loxo_geodesic_destroy(g);
+    loxo_release(test_context, nearest);
+    loxo_release(test_context, all);
+    surface_destroy(&s);
+}
+
+/* ---- ends that come early ---- */
+
+static loxo_status solve_with_allocations(loxo_context *ctx, void *arg)
+{
+    const loxo_mesh_arrays arrays = loxo_soup_arrays(arg);
+    const loxo_geodesic_settings settings = settings_of(LOXO_GEODESIC_FAST);
+    loxo_mesh *mesh = NULL;
+    double distance[512];
+    loxo_status status = loxo_mesh_create(ctx, &arrays, LOXO_COPY, NULL, NULL, &mesh);
+    if (status < 0) return status;
+    distance[0] = -7.0;
+    status = loxo_geodesic_distance(ctx, mesh, &settings, (const loxo_index[]){0, 40}, 2, distance, NULL);
+    if (status < 0) CHECK_EQUAL(distance[0], -7.0);
+    loxo_mesh_destroy(mesh);
+    return status;
+}
+
+TEST(each_allocation_fails)
+{
+    loxo_soup soup = soup_make(test_context, LOXO_SHAPE_ICOSPHERE, 300, NAN);
+    CHECK(soup.n_vertices <= 512);
+    CHECK(test_each_allocation_fails(solve_with_allocations, &soup) > 5);
+    loxo_soup_destroy(test_context, &soup);
+}
+
+typedef struct stopper {
+    loxo_context *ctx;
+    int n_calls, stop_at;
+} stopper;
+
+/* Asked every 20 ms only; here the clock of the last question is turned back. */
+static int stop_monitor(void *user, const loxo_progress *progress)
+{
+    stopper *w = user;
+    w->ctx->last_progress_s = -1e9;
+    CHECK(progress->fraction >= 0.0 && progress->fraction <= 1.0);
+    return ++w->n_calls == w->stop_at;
+}
+
+/* What the front has passed when it is stopped stands as it would without the stop; the rest is infinite. */
+TEST(stops)
+{
+    for (int n_threads = 1; n_threads <= 2; ++n_threads) {
+        loxo_context *ctx = test_context_with_threads(n_threads);
+        NEEDS_IDS(700000);
+        surface s = surface_make(ctx, LOXO_SHAPE_TORUS, 100000, NAN); /* a solve of several times 20 ms */
+        loxo_geodesic_settings settings = unjudged_settings(LOXO_GEODESIC_FAST);
+        double *whole = surface_numbers(&s), *distance = surface_numbers(&s);
+        loxo_geodesic *g = NULL;
+        const loxo_index source = 5;
+        int n_stopped = 0;
+        stopper w = {.ctx = ctx};
+        CHECK_STATUS(ctx, loxo_geodesic_create(ctx, s.mesh, &settings, &g), LOXO_OK);
+        CHECK_STATUS(ctx, loxo_geodesic_solve(g, &source, 1, whole, NULL), LOXO_OK);
+        loxo_context_set_monitor(ctx, stop_monitor, &w);
+        for (int k = 1; k < 400; k += k / 4 + 1) {
+            loxo_geodesic_info info;
+            int64_t n_kept = 0;
+            w.n_calls = 0;
+            w.stop_at = k;
+            ctx->last_progress_s = -1e9;
+            const loxo_status status = loxo_geodesic_solve(g, &source, 1, distance, &info);
+            if (status != LOXO_STOPPED) {
+                CHECK_STATUS(ctx, status, LOXO_OK);
+                CHECK(memcmp(distance, whole, (size_t)s.soup.n_vertices * sizeof *whole) == 0);
+                continue;
+            }
+            CHECK_EQUAL(info.stop_reason, LOXO_STOP_MONITOR);
+            for (int64_t v = 0; v < s.soup.n_vertices; ++v) {
+                n_kept += distance[v] < HUGE_VAL;
+                if (distance[v] < HUGE_VAL) CHECK_NEAR(distance[v], whole[v], 1e-2 * info.mean_edge_length);
+            }
+            n_stopped += n_kept < s.soup.n_vertices;
+        }
+        CHECK(n_stopped > 3);
+        loxo_context_set_monitor(ctx, NULL, NULL);
+        loxo_geodesic_destroy(g);
+        loxo_release(ctx, whole);
+        loxo_release(ctx, distance);
+        surface_destroy(&s);
+        loxo_context_destroy(ctx);
+    }
+}
