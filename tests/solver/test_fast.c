@@ -40,7 +40,7 @@ TEST(planes_are_flat)
         surface s = surface_make(test_context, shapes[i], 5000, NAN);
         double *distance = surface_numbers(&s), *truth = surface_numbers(&s);
         const loxo_index source = (loxo_index)(s.soup.n_vertices / 3);
-        const double *a = &s.soup.position[3 * source];
+        const double *a = &s.soup.position[(int64_t)3 * source];
         double worst = 0.0;
         loxo_geodesic_info info;
         CHECK_OK(loxo_geodesic_distance(test_context, s.mesh, &settings, &source, 1, distance, &info));
@@ -145,13 +145,13 @@ TEST(sources_inside_faces)
     CHECK_OK(loxo_geodesic_create(test_context, s.mesh, &settings, &g));
     static const double weights[][3] = {{0.2, 0.3, 0.5}, {0.5, 0.5, 0.0}, {0.0, 0.1, 0.9}, {1.0, 0.0, 0.0}};
     for (int i = 0; i < 4; ++i) {
-        const loxo_index *t = &s.soup.triangle[3 * 2500];
+        const loxo_index *t = &s.soup.triangle[(int64_t)3 * 2500];
         loxo_surface_point point = {.vertex = {t[0], t[1], t[2]}};
         double at[2] = {0.0, 0.0};
         memcpy(point.weight, weights[i], sizeof point.weight);
         for (int k = 0; k < 3; ++k)
             for (int j = 0; j < 2; ++j)
-                at[j] += weights[i][k] * s.soup.position[3 * t[k] + j];
+                at[j] += weights[i][k] * s.soup.position[(int64_t)3 * t[k] + j];
         CHECK_OK(loxo_geodesic_solve_points(g, &point, 1, distance, NULL));
         for (int64_t v = 0; v < s.soup.n_vertices; ++v) {
             const double *p = &s.soup.position[3 * v];

@@ -11,9 +11,9 @@
 #include <math.h>
 #include <string.h>
 
-#define SELECT_CHUNK   512
-#define EXPAND_CHUNK   32
-#define COMMIT_CHUNK   (2 * K_JETS)
+#define SELECT_CHUNK   ((int64_t)512)
+#define EXPAND_CHUNK   ((int64_t)32)
+#define COMMIT_CHUNK   ((int64_t)2 * K_JETS)
 #define LISTS_AT_FIRST 65536
 
 /* The bits of a distance: as whole numbers they are ordered as distances are. */
