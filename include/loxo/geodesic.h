@@ -179,7 +179,8 @@ LOXO_API loxo_status loxo_geodesic_nearest(const loxo_geodesic *geodesic, loxo_i
  *              vertices; loxo_polyline_length tells its length. Freed by loxo_polylines_destroy
  * returns      LOXO_OK; LOXO_ERR_ARGUMENT (element: the target): as for sources, or not reached; before the first solve;
  *              LOXO_ERR_UNSUPPORTED: an intrinsic triangulation (use loxo_geodesic_trace on its surface); LOXO_ERR_MEMORY
- * cost         the lengths of the ways, and where the distances have low points of their own a search around them */
+ * cost         the lengths of the ways, and where the distances have low points of their own a search around them; method exact
+ *              from inside a face: a solve from there as far as the sources are, 65 bytes a vertex once, and a pass over the vertices */
 LOXO_API loxo_status loxo_geodesic_paths(loxo_geodesic *geodesic, const loxo_surface_point *targets, int64_t n_targets,
                                          loxo_polylines *lines);
 /* The same down distances that are at hand, in the caller's order, to the sources that they are from. */

@@ -24,11 +24,13 @@ static size_t exact_bytes(const geodesic_problem *problem)
     return s.arena.size;
 }
 
-static void exact_destroy(void *state)
+void exact_destroy(void *state)
 {
     exact_state *s = state;
     if (s == NULL) return;
     loxo_context *ctx = s->problem->ctx;
+    exact_destroy(s->back); /* which has none itself */
+    loxo_release(ctx, s->back_distance);
     exact_pool_destroy(ctx, &s->pool);
     exact_queue_destroy(ctx, &s->queue);
     exact_work_destroy(ctx, &s->work);
@@ -52,7 +54,7 @@ static void forget_front(exact_state *s)
     exact_pool_clear(&s->pool);
 }
 
-static loxo_status exact_create(const geodesic_problem *problem, void **state)
+loxo_status exact_create(const geodesic_problem *problem, void **state)
 {
     loxo_context *ctx = problem->ctx;
     exact_state *s = loxo_allocate(ctx, 1, sizeof *s);
@@ -118,19 +120,19 @@ static size_t bytes_held(const exact_state *s)
            (size_t)s->work.room * 2 * (sizeof(exact_taken) + sizeof(struct exact_place));
 }
 
-static loxo_status exact_solve(void *state, const geodesic_seed *seeds, int64_t n_seeds, double *distance,
-                               loxo_index *nearest, loxo_geodesic_info *info)
+loxo_status exact_run(exact_state *s, const geodesic_seed *seeds, int64_t n_seeds, double max_distance,
+                      double *distance, bool *is_stopped)
 {
-    exact_state *s = state;
     loxo_status status = LOXO_OK;
-    bool is_stopped = false;
-    const double start_s = loxo_os_clock_s();
+    *is_stopped = false;
     if (n_seeds > INT32_MAX)
         return loxo_fail(s->ctx, LOXO_ERR_LIMIT, "geodesic: method exact takes at most %d sources", INT32_MAX);
     s->distance = distance;
     s->seeds = seeds;
-    s->max_distance = s->problem->settings.max_distance;
+    s->n_seeds = n_seeds;
+    s->max_distance = max_distance;
     s->n_windows = s->n_bends = s->n_reached = 0;
+    s->goal_distance = HUGE_VAL;
     s->pool.peak_live = 0;
     s->queue.last = 0;
 #pragma omp parallel num_threads(loxo_threads_for(s->ctx, s->m.n_vertices, 0.5))
@@ -141,12 +143,22 @@ static loxo_status exact_solve(void *state, const geodesic_seed *seeds, int64_t 
     }
     for (int64_t i = 0; i < n_seeds && status >= 0; ++i)
         status = exact_send_from_seed(s, i);
-    if (status >= 0) status = propagate(s, &is_stopped);
-    if (status < 0 || is_stopped) forget_front(s);
-    if (status < 0) return status;
+    if (status >= 0) status = propagate(s, is_stopped);
+    if (status < 0 || *is_stopped) forget_front(s);
+    if (status >= 0 && max_distance < HUGE_VAL)
+        for (int64_t v = 0; v < s->m.n_vertices; ++v)
+            if (distance[v] > max_distance) distance[v] = HUGE_VAL;
+    return status;
+}
 
-    for (int64_t v = 0; v < s->m.n_vertices; ++v)
-        if (distance[v] > s->max_distance) distance[v] = HUGE_VAL;
+static loxo_status exact_solve(void *state, const geodesic_seed *seeds, int64_t n_seeds, double *distance,
+                               loxo_index *nearest, loxo_geodesic_info *info)
+{
+    exact_state *s = state;
+    bool is_stopped;
+    const double start_s = loxo_os_clock_s();
+    const loxo_status status = exact_run(s, seeds, n_seeds, s->problem->settings.max_distance, distance, &is_stopped);
+    if (status < 0) return status;
     if (nearest != NULL) find_nearest(s, nearest);
     info->n_evaluations = s->n_windows;
     info->n_bends = s->n_bends;
@@ -165,4 +177,5 @@ const geodesic_engine geodesic_engine_exact = {
     .create = exact_create,
     .solve = exact_solve,
     .destroy = exact_destroy,
+    .trace = exact_trace_from,
 };

@@ -124,11 +124,20 @@ typedef struct exact_state {
     exact_queue queue;
     exact_work work;
     /* of the last solve */
-    double *distance; /* the caller's */
-    const geodesic_seed *seeds;
+    double *distance;           /* the caller's */
+    const geodesic_seed *seeds; /* [n_seeds] */
+    int64_t n_seeds;
     int64_t n_windows; /* passed on */
     int64_t n_bends;   /* times that a vertex sent windows */
     int64_t n_reached; /* vertices */
+    /* ways to points inside faces, found while windows cross those; NULL: none wanted */
+    const geodesic_seed *goals; /* [n_goals] by face */
+    int64_t n_goals;
+    double goal_distance; /* of the nearest, HUGE_VAL: none yet */
+    int64_t goal;
+    exact_reach goal_reach;   /* via: the half-edge of its face */
+    struct exact_state *back; /* solves from points that ways are wanted from; made when needed */
+    double *back_distance;
 } exact_state;
 
 /* A shorter way to a vertex: takes it over, and queues the vertex when ways may bend there. */
@@ -146,9 +155,29 @@ loxo_status exact_send_from_vertex(exact_state *s, loxo_index vertex);
 /* EXACT_LOOKED_AT and what goes with it. */
 uint8_t exact_look_at(const exact_state *s, loxo_index vertex);
 
+/* Everything from seeds outward up to a distance. */
+loxo_status exact_run(exact_state *s, const geodesic_seed *seeds, int64_t n_seeds, double max_distance,
+                      double *distance, bool *is_stopped);
+loxo_status exact_create(const geodesic_problem *problem, void **state);
+void exact_destroy(void *state);
+
 /* ---- ways back ---- */
 
-/* A point of a way: a vertex, a seed inside a face, or on a half-edge at `at` of its length, 0 to 1. What it is not is -1. */
+/* Where a seed lies that is inside the face of h, in the frame of h. */
+static inline void exact_place(const geodesic_seed *seed, loxo_index h, const k_layout *face, double length, double *x,
+                               double *y)
+{
+    const int corner = (int)(h - 3 * k_face_of(h));
+    const double next = seed->weight[(corner + 1) % 3], last = seed->weight[(corner + 2) % 3];
+    *x = next * length + last * face->x2;
+    *y = last * face->y2;
+}
+
+/* Windows that cross a face with goals. */
+void exact_meet_goals(exact_state *s, loxo_index h, const k_layout *face, const exact_taken *window, int64_t n);
+
+/* A point of a way: a vertex, a seed inside a face, or on a half-edge at `at` of its length, 0 to 1. What it is not is -1;
+ * all -1: the goal. */
 typedef struct exact_stop {
     loxo_index vertex, halfedge;
     int64_t seed;
@@ -163,6 +192,10 @@ typedef struct exact_way {
 /* Adds the shortest way of the last solve from a vertex with a finite distance to its source, the vertex first: straight
  * between places where it bends, across every edge between. LOXO_OK, LOXO_ERR_MEMORY, LOXO_ERR_NUMERIC: lost (element). */
 loxo_status exact_trace(const exact_state *s, loxo_index vertex, exact_way *way);
+/* The same from the goal that the last solve met. */
+loxo_status exact_trace_goal(const exact_state *s, exact_way *way);
+/* The engine's: from any point. */
+loxo_status exact_trace_from(void *state, const geodesic_seed *from, struct line_builder *builder);
 void exact_way_destroy(loxo_context *ctx, exact_way *way);
 
 static inline loxo_status exact_queue_halfedge(exact_state *s, loxo_index h, double key)

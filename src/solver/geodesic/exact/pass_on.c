@@ -164,6 +164,7 @@ loxo_status exact_pass_on(exact_state *s, loxo_index h)
     }
     s->n_windows += n;
 
+    if (s->n_goals > 0) exact_meet_goals(s, h, &face, window, n);
     /* The apex. A way that bends in the base is a way, too: it closes gaps as wide as rounding errors. */
     double best = s->distance[c], best_at = 0.0;
     int64_t best_i = -1;

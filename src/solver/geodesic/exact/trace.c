@@ -78,10 +78,10 @@ static gate next_gate(const exact_state *s, gate g, spot from, spot aim)
  * of the way is then that vertex's. In the piece's own face a vertex beside it will do, too: the window that gave the
  * distance may have ended there. */
 static bool ends_at(const exact_state *s, loxo_index vertex, loxo_index u, spot at, spot from, spot aim,
-                    exact_origin origin, bool is_first)
+                    exact_origin origin, double here, bool is_first)
 {
     const spot to = spot_sub(at, from), line = spot_sub(aim, from);
-    const double straight = spot_norm(to), total = spot_norm(line), here = s->distance[vertex];
+    const double straight = spot_norm(to), total = spot_norm(line);
     if (u == origin && spot_norm(spot_sub(at, aim)) <= FOUND_WITHIN * total) return true;
     if (u == vertex || !(s->distance[u] < here)) return false;
     if (!is_first && !(fabs(spot_cross(line, to)) <= FOUND_WITHIN * total * straight)) return false;
@@ -94,21 +94,22 @@ static bool is_seed_here(const exact_state *s, const geodesic_seed *seed, gate g
     double length[3];
     if (k_face_of(g.h) != seed->face) return false;
     const k_layout face = k_layout_at(&s->m, g.h, length);
-    const int corner = (int)(g.h - 3 * k_face_of(g.h));
-    const double next = seed->weight[(corner + 1) % 3], last = seed->weight[(corner + 2) % 3];
-    *at = on_line(g.a, g.b, length[0], next * length[0] + last * face.x2, last * face.y2);
+    double along, up;
+    exact_place(seed, g.h, &face, length[0], &along, &up);
+    *at = on_line(g.a, g.b, length[0], along, up);
     return spot_norm(spot_sub(*at, aim)) <= FOUND_WITHIN * (total + length[0]);
 }
 
-/* One straight piece, from *vertex to where it ends, which is added as a stop; *vertex is then that vertex, -1 a seed. */
-static loxo_status follow(const exact_state *s, loxo_index *vertex, exact_way *way)
+/* One straight piece, from a vertex, or the goal (-1) at `from` in the frame of reach.via, a distance `here`, to where it
+ * ends, which is added as a stop; *vertex is then that vertex, -1 a seed. */
+static loxo_status follow(const exact_state *s, loxo_index *vertex, exact_reach reach, spot from, double here,
+                          exact_way *way)
 {
     const loxo_mesh_view *m = &s->m;
-    const exact_reach reach = s->reach[*vertex];
     double length[3];
-    const k_layout face = k_layout_at(m, reach.via, length);
-    const spot from = {face.x2, face.y2}, source = {reach.x, -reach.y};
-    const double total = spot_norm(spot_sub(from, source)), here = s->distance[*vertex];
+    (void)k_layout_at(m, reach.via, length);
+    const spot source = {reach.x, -reach.y};
+    const double total = spot_norm(spot_sub(from, source));
     const double before = reach.origin >= 0 ? s->distance[reach.origin] : 0.0;
     /* Where the window ended beside the straight line, the way bends at a vertex there: on the edge, or behind a flat face. */
     const bool is_bent = before + total < here - PASSES_WITHIN * here;
@@ -125,12 +126,12 @@ static loxo_status follow(const exact_state *s, loxo_index *vertex, exact_way *w
             end.seed = seed;
             break;
         }
-        if (ends_at(s, *vertex, a, g.a, from, aim, reach.origin, n_gates == 0)) {
+        if (ends_at(s, *vertex, a, g.a, from, aim, reach.origin, here, n_gates == 0)) {
             end.vertex = a;
             at = g.a;
             break;
         }
-        if (ends_at(s, *vertex, b, g.b, from, aim, reach.origin, n_gates == 0)) {
+        if (ends_at(s, *vertex, b, g.b, from, aim, reach.origin, here, n_gates == 0)) {
             end.vertex = b;
             at = g.b;
             break;
@@ -157,9 +158,25 @@ loxo_status exact_trace(const exact_state *s, loxo_index vertex, exact_way *way)
     loxo_status status = add_stop(s->ctx, way, (exact_stop){vertex, -1, -1, 0.0});
     while (status >= 0 && vertex >= 0) {
         const exact_reach reach = s->reach[vertex];
+        double length[3];
         if (reach.via < 0) return status;
         if (reach.at < 0.0) return add_stop(s->ctx, way, (exact_stop){-1, -1, -1 - (int64_t)reach.origin, 0.0});
-        status = follow(s, &vertex, way);
+        const k_layout face = k_layout_at(&s->m, reach.via, length);
+        status = follow(s, &vertex, reach, (spot){face.x2, face.y2}, s->distance[vertex], way);
     }
     return status;
+}
+
+loxo_status exact_trace_goal(const exact_state *s, exact_way *way)
+{
+    loxo_index vertex = -1;
+    loxo_status status = add_stop(s->ctx, way, (exact_stop){-1, -1, -1, 0.0});
+    double length[3];
+    spot from;
+    const k_layout face = k_layout_at(&s->m, s->goal_reach.via, length);
+    exact_place(&s->goals[s->goal], s->goal_reach.via, &face, length[0], &from.x, &from.y);
+    if (status >= 0) status = follow(s, &vertex, s->goal_reach, from, s->goal_distance, way);
+    if (status < 0 || vertex < 0) return status;
+    way->n -= 1; /* which the rest begins with */
+    return exact_trace(s, vertex, way);
 }
