@@ -22,7 +22,7 @@ loxo_status exact_pool_grow(loxo_context *ctx, exact_pool *pool)
                          (long long)(pool->n_chunks * CHUNK_BLOCKS));
     if (pool->n_chunks == pool->capacity) {
         const int64_t capacity = pool->capacity == 0 ? 16 : 2 * pool->capacity;
-        exact_block **chunk = loxo_reallocate(ctx, pool->chunk, capacity, sizeof *chunk);
+        exact_block **chunk = loxo_reallocate(ctx, pool->chunk, capacity, sizeof(void *));
         if (chunk == NULL) return LOXO_ERR_MEMORY;
         pool->chunk = chunk;
         pool->capacity = capacity;
@@ -44,7 +44,7 @@ void exact_pool_clear(exact_pool *pool)
 
 size_t exact_pool_bytes(const exact_pool *pool)
 {
-    return (size_t)pool->n_chunks * CHUNK_BLOCKS * sizeof(exact_block) + (size_t)pool->capacity * sizeof *pool->chunk;
+    return (size_t)pool->n_chunks * CHUNK_BLOCKS * sizeof(exact_block) + (size_t)pool->capacity * sizeof(void *);
 }
 
 void exact_pool_destroy(loxo_context *ctx, exact_pool *pool)
