@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * The half-edges of a mesh in memory, for every thread count. */
+ * The half-edges of a mesh in memory, and its intrinsic Delaunay triangulation, for every thread count. */
 #include "bench.h"
 
 #include <stdio.h>
@@ -16,11 +16,12 @@ static bench_stat stat_of(const json_t *result, const char *key)
 
 loxo_status bench_build(bench *b)
 {
-    static const char *const keys[] = {"halfedge_s", "reorder_s", "total_s"};
+    static const char *const keys[] = {"halfedge_s", "reorder_s", "total_s", "intrinsic_s"};
     static bench_table table; /* large */
-    char mesh[BENCH_PATH], repeats[16], text[3][64];
-    bench_table_begin(&table,
-                      "vertices|threads|half-edges, s|order, s|in all, s|ns/vertex|mesh B/vertex|peak B/vertex");
+    char mesh[BENCH_PATH], repeats[16], text[4][64];
+    bench_table_begin(
+        &table,
+        "vertices|threads|half-edges, s|order, s|in all, s|ns/vertex|mesh B/vertex|peak B/vertex|intrinsic, s|flips");
     loxo_status status = bench_generate(b, LOXO_SHAPE_BUMPY, b->settings.vertices, mesh);
     if (status < 0) return status;
     snprintf(repeats, sizeof repeats, "%d", b->settings.repeats);
@@ -30,15 +31,16 @@ loxo_status bench_build(bench *b)
         if (status < 0) return status;
         const double n = bench_number(result, "n_vertices");
         const bench_stat total = stat_of(result, "total_s");
-        for (int q = 0; q < 3; ++q)
+        for (int q = 0; q < 4; ++q)
             bench_stat_text(stat_of(result, keys[q]), 1.0, text[q], sizeof text[q]);
-        bench_table_row(&table, "%.0f|%d|%s|%s|%s|%.1f|%.1f|%.1f", n, b->threads[t], text[0], text[1], text[2],
+        bench_table_row(&table, "%.0f|%d|%s|%s|%s|%.1f|%.1f|%.1f|%s|%.0f", n, b->threads[t], text[0], text[1], text[2],
                         1e9 * total.median / n,
                         (bench_number(result, "mesh_bytes") + bench_number(result, "order_bytes")) / n,
-                        bench_number(result, "peak_bytes") / n);
+                        bench_number(result, "peak_bytes") / n, text[3], bench_number(result, "n_flips"));
         bench_record(b, "build",
-                     json_pack("{s:f, s:i, s:o, s:f, s:f}", "n_vertices", n, "threads", b->threads[t], "total_s",
-                               bench_stat_json(total), "mesh_bytes", bench_number(result, "mesh_bytes"), "peak_bytes",
+                     json_pack("{s:f, s:i, s:o, s:o, s:f, s:f}", "n_vertices", n, "threads", b->threads[t], "total_s",
+                               bench_stat_json(total), "intrinsic_s", bench_stat_json(stat_of(result, "intrinsic_s")),
+                               "mesh_bytes", bench_number(result, "mesh_bytes"), "peak_bytes",
                                bench_number(result, "peak_bytes")));
         json_decref(result);
     }

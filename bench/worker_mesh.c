@@ -90,30 +90,35 @@ loxo_status bench_task_closed_form(bench *b, char **argv)
     return status;
 }
 
-/* build FILE N: half-edges of a mesh in memory, N times after a warm-up. */
+/* build FILE N: half-edges of a mesh in memory and its intrinsic Delaunay triangulation, N times after a warm-up. */
 loxo_status bench_task_build(bench *b, char **argv)
 {
     loxo_soup soup;
     const int n = (int)strtol(argv[1], NULL, 10);
-    json_t *total = json_array(), *halfedge = json_array(), *reorder = json_array();
+    json_t *total = json_array(), *halfedge = json_array(), *reorder = json_array(), *intrinsic = json_array();
     loxo_mesh_info info = {0};
+    loxo_intrinsic_info flips = {0};
     loxo_status status = loxo_read_mesh(b->ctx, argv[0], NULL, &soup);
     const loxo_mesh_arrays arrays = loxo_soup_arrays(&soup);
     for (int k = -1; k < n && status >= 0; ++k) {
-        loxo_mesh *mesh = NULL;
+        loxo_mesh *mesh = NULL, *delaunay = NULL;
         const double start = loxo_os_clock_s();
         status = loxo_mesh_create(b->ctx, &arrays, LOXO_BORROW, NULL, &info, &mesh);
         const double seconds = loxo_os_clock_s() - start;
+        if (status >= 0) status = loxo_mesh_create_intrinsic(b->ctx, mesh, NULL, &flips, &delaunay);
+        loxo_mesh_destroy(delaunay);
         loxo_mesh_destroy(mesh);
         if (k < 0) continue;
         json_array_append_new(total, json_real(seconds));
         json_array_append_new(halfedge, json_real(info.halfedge_s));
         json_array_append_new(reorder, json_real(info.reorder_s));
+        json_array_append_new(intrinsic, json_real(flips.seconds));
     }
-    json_t *result = json_pack("{s:o, s:o, s:o, s:I, s:I, s:I, s:i, s:I}", "total_s", total, "halfedge_s", halfedge,
-                               "reorder_s", reorder, "mesh_bytes", (json_int_t)info.mesh_bytes, "order_bytes",
-                               (json_int_t)info.order_bytes, "peak_bytes", (json_int_t)info.peak_bytes, "order",
-                               (int)info.order, "n_vertices", (json_int_t)soup.n_vertices);
+    json_t *result =
+        json_pack("{s:o, s:o, s:o, s:o, s:I, s:I, s:I, s:I, s:i, s:I}", "total_s", total, "halfedge_s", halfedge,
+                  "reorder_s", reorder, "intrinsic_s", intrinsic, "n_flips", (json_int_t)flips.n_flips, "mesh_bytes",
+                  (json_int_t)info.mesh_bytes, "order_bytes", (json_int_t)info.order_bytes, "peak_bytes",
+                  (json_int_t)info.peak_bytes, "order", (int)info.order, "n_vertices", (json_int_t)soup.n_vertices);
     loxo_soup_destroy(b->ctx, &soup);
     if (status >= 0) return bench_print_json(b, result);
     json_decref(result);
