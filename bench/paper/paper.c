@@ -12,7 +12,9 @@ static const struct {
     loxo_status (*run)(bench *b);
 } figures[] = {
     {"tao2021-table1", "time, memory, error, best m of all methods on meshes of growing size", paper_tao2021_table1},
+#ifdef LOXO_BENCH_WITH_CHOLMOD /* its truth is a direct solve */
     {"tao2021-fig2", "error of the heat's directions against sweeps and time", paper_tao2021_fig2},
+#endif
     {"tao2021-fig4", "residuals of ADMM against iterations", paper_tao2021_fig4},
     {"tao2021-fig5", "error of the distance against iterations of ADMM", paper_tao2021_fig5},
     {"tao2021-fig7", "genus eight, with and without the conditions on cycles", paper_tao2021_fig7},
@@ -21,6 +23,9 @@ static const struct {
     {"tao2021-fig10", "subdivided meshes, too large for the other methods", paper_tao2021_fig10},
     {"tao2021-fig11", "time and memory against size, three shapes, all methods", paper_tao2021_fig11},
     {"tao2021-fig12", "the four steps of the face-based method for each number of threads", paper_tao2021_fig12},
+#ifdef LOXO_BENCH_WITH_CHOLMOD
+    {"tao2021-fig13", "conjugate gradients against sweeps and ADMM: accuracy over time", paper_tao2021_fig13},
+#endif
 };
 #define N_FIGURES ((int)(sizeof figures / sizeof figures[0]))
 

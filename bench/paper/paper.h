@@ -18,6 +18,7 @@ loxo_status paper_tao2021_fig9(bench *b);
 loxo_status paper_tao2021_fig10(bench *b);
 loxo_status paper_tao2021_fig11(bench *b);
 loxo_status paper_tao2021_fig12(bench *b);
+loxo_status paper_tao2021_fig13(bench *b);
 
 /* Writes FOLDER/FIGURE-suffix.png where --out was given and this build has PNG. */
 loxo_status paper_plot(bench *b, const char *suffix, const loxo_plot *plot);
