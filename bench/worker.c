@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: MIT
  * Measurements that run in a process of their own: their peak of memory is then theirs alone. Each prints one JSON
  * object on standard output. The parent stays small, because a child's recorded peak begins at its parent's. */
+#define _POSIX_C_SOURCE 200809L /* setenv */
+
 #include "worker.h"
 
 #include "base/options.h"
@@ -201,6 +203,7 @@ loxo_status bench_worker_run(bench *b, int n_threads, const char *const *task, j
         argv[n++] = optional[i][1];
     }
     argv[n] = NULL;
+    setenv("OMP_NUM_THREADS", threads, 1); /* also of the BLAS in there */
     const loxo_status status = bench_child_run(b->ctx, argv, &child);
     if (status < 0) return status;
     b->child_exit = child.exit_code;

@@ -163,3 +163,20 @@ bool paper_has_method(const char *name)
         if (strcmp(loxo_geodesic_method_name((loxo_geodesic_method)m), name) == 0) return true;
     return false;
 }
+
+int paper_columns(const bench *b, const char *columns[PAPER_MAX_METHODS])
+{
+    static const struct {
+        const char *method, *column[2];
+    } twice[] = {{"heat", {"heat,factor=cholesky", "heat,factor=multigrid"}},
+                 {"variational", {"variational,factor=cholesky", "variational,factor=multigrid"}}};
+    int n = 0;
+    for (int i = 0; i < b->n_methods; ++i) {
+        const int before = n;
+        for (size_t k = 0; k < sizeof twice / sizeof twice[0]; ++k)
+            for (int c = 0; c < 2 && strcmp(b->methods[i], twice[k].method) == 0; ++c)
+                columns[n++] = twice[k].column[c];
+        if (n == before) columns[n++] = b->methods[i];
+    }
+    return n;
+}

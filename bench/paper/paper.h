@@ -30,6 +30,10 @@ json_t *paper_json(double value); /* null for NaN */
 
 /* Whether this build's library has the method. */
 bool paper_has_method(const char *name);
+/* The methods of --method as columns of a table, with their settings: heat and variational once as in the paper, with factors,
+ * and once with multigrid. Returns how many. */
+#define PAPER_MAX_METHODS (2 * BENCH_MAX_METHODS)
+int paper_columns(const bench *b, const char *columns[PAPER_MAX_METHODS]);
 
 /* ---- meshes (mesh.c) ---- */
 
@@ -105,7 +109,7 @@ loxo_status paper_lengthen_edges(loxo_context *ctx, const loxo_mesh_arrays *arra
 
 /* ---- solves in turns (rounds.c) ---- */
 
-#define PAPER_MAX_JOBS 24
+#define PAPER_MAX_JOBS (PAPER_MAX_METHODS + BENCH_MAX_PEERS)
 
 typedef struct paper_job {
     char method[128]; /* name and settings, as "edge,time-factor=2"; of a peer its name */

@@ -41,6 +41,8 @@ static loxo_status measure(bench *b, const char *name, bench_table *table)
     static paper_job jobs[PAPER_MAX_JOBS]; /* large */
     const int n_threads = b->threads[b->n_threads - 1];
     const double most = fmin((double)b->settings.largest, MOST_VERTICES * b->settings.share);
+    const char *methods[PAPER_MAX_METHODS];
+    const int n_methods = paper_columns(b, methods);
     paper_mesh base, mesh;
     loxo_status status = paper_mesh_make(b, paper_model_find(name), 1.0, true, &base);
     if (status == LOXO_ERR_UNSUPPORTED) {
@@ -62,10 +64,10 @@ static loxo_status measure(bench *b, const char *name, bench_table *table)
     if (status < 0) return status;
     int n = 0;
     memset(jobs, 0, sizeof jobs);
-    for (int i = 0; i < b->n_methods && n < PAPER_MAX_JOBS; ++i) {
-        if (strcmp(b->methods[i], "exact") == 0 || strcmp(b->methods[i], "variational") == 0) continue;
+    for (int i = 0; i < n_methods; ++i) {
+        if (strcmp(methods[i], "exact") == 0 || strncmp(methods[i], "variational", 11) == 0) continue;
         jobs[n].n_threads = n_threads;
-        snprintf(jobs[n++].method, sizeof jobs[0].method, "%s", b->methods[i]);
+        snprintf(jobs[n++].method, sizeof jobs[0].method, "%s", methods[i]);
     }
     n = paper_add_peers(b, n_threads, n, jobs);
     if ((status = paper_rounds(b, &mesh, n, jobs)) < 0) return status;

@@ -11,7 +11,7 @@ static const char *const models[] = {"bumpy", "igea", "brain"};
 #define N_MODELS   (sizeof models / sizeof models[0])
 #define SMALLEST   134345.0 /* igea as it is; others alike, each next one four times as large */
 #define MOST_SIZES 8
-#define MOST_LINES (BENCH_MAX_METHODS + BENCH_MAX_PEERS)
+#define MOST_LINES PAPER_MAX_JOBS
 
 typedef struct curves {
     int n_sizes, n_lines;
@@ -56,14 +56,16 @@ static loxo_status measure_size(bench *b, const paper_model *model, double n_wan
 {
     static paper_job jobs[PAPER_MAX_JOBS]; /* large */
     const int n_threads = b->threads[b->n_threads - 1];
+    const char *methods[PAPER_MAX_METHODS];
+    const int n_methods = paper_columns(b, methods);
     paper_mesh mesh;
     int n = 0;
     loxo_status status = paper_mesh_make(b, model, n_wanted, model->file != NULL, &mesh);
     if (status < 0) return status;
     memset(jobs, 0, sizeof jobs);
-    for (; n < b->n_methods && n < PAPER_MAX_JOBS; ++n) {
+    for (; n < n_methods; ++n) {
         jobs[n].n_threads = n_threads;
-        snprintf(jobs[n].method, sizeof jobs[n].method, "%s", b->methods[n]);
+        snprintf(jobs[n].method, sizeof jobs[n].method, "%s", methods[n]);
     }
     n = paper_add_peers(b, n_threads, n, jobs);
     if ((status = paper_rounds(b, &mesh, n, jobs)) < 0) return status;

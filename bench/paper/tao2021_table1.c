@@ -17,7 +17,8 @@ typedef struct printed {
 enum { VTP, HM, VHM, FACE, EDGE, N_COLUMNS };
 
 /* The paper's columns under our methods' names. */
-static const char *const column_method[N_COLUMNS] = {"exact", "heat", "variational", "face", "edge"};
+static const char *const column_method[N_COLUMNS] = {"exact", "heat,factor=cholesky", "variational,factor=cholesky",
+                                                     "face", "edge"};
 static const char *const column_name[N_COLUMNS] = {"VTP", "HM", "Variational-HM", "Ours (Face)", "Ours (Edge)"};
 
 /* clang-format off */
@@ -116,18 +117,20 @@ static void show_ours(bench *b, bench_table *table, const paper_mesh *mesh, cons
 
 /* Time over size of each method, ours and the paper's. */
 typedef struct curves {
-    double n[BENCH_MAX_METHODS][N_ROWS], time[BENCH_MAX_METHODS][N_ROWS], bytes[BENCH_MAX_METHODS][N_ROWS];
+    double n[PAPER_MAX_METHODS][N_ROWS], time[PAPER_MAX_METHODS][N_ROWS], bytes[PAPER_MAX_METHODS][N_ROWS];
 } curves;
 
 static loxo_status plot(bench *b, const curves *c, bool is_bytes)
 {
     static double size[N_ROWS], value[N_COLUMNS][N_ROWS];
     char names[N_COLUMNS][48];
-    loxo_plot_series series[BENCH_MAX_METHODS + N_COLUMNS];
+    const char *methods[PAPER_MAX_METHODS];
+    const int n_methods = paper_columns(b, methods);
+    loxo_plot_series series[PAPER_MAX_METHODS + N_COLUMNS];
     loxo_plot p = loxo_plot_default();
     int n = 0;
-    for (int i = 0; i < b->n_methods; ++i)
-        series[n++] = (loxo_plot_series){.name = b->methods[i],
+    for (int i = 0; i < n_methods; ++i)
+        series[n++] = (loxo_plot_series){.name = methods[i],
                                          .style = LOXO_PLOT_POINTS, /* other meshes, no curve */
                                          .color = i + 1,
                                          .n = N_ROWS,
@@ -140,9 +143,9 @@ static loxo_status plot(bench *b, const curves *c, bool is_bytes)
             value[k][r] = is_bytes ? x->ram_mb : x->precompute_s + x->time_s;
         }
         snprintf(names[k], sizeof names[k], "paper: %s", column_name[k]);
-        int color = b->n_methods + 1 + k;
-        for (int i = 0; i < b->n_methods; ++i)
-            if (column_of(b->methods[i]) == k) color = i + 1;
+        int color = n_methods + 1 + k;
+        for (int i = 0; i < n_methods; ++i)
+            if (column_of(methods[i]) == k) color = i + 1;
         series[n++] = (loxo_plot_series){
             .name = names[k], .is_dashed = true, .color = color, .n = N_ROWS, .x = size, .y = value[k]};
     }
@@ -161,6 +164,8 @@ static loxo_status measure(bench *b, size_t row, bench_table *table, curves *c)
     static paper_job jobs[PAPER_MAX_JOBS]; /* large */
     double m[PAPER_MAX_JOBS], at_one[PAPER_MAX_JOBS];
     const int n_threads = b->threads[b->n_threads - 1];
+    const char *methods[PAPER_MAX_METHODS];
+    const int n_methods = paper_columns(b, methods);
     paper_mesh mesh;
     int n = 0;
     loxo_status status =
@@ -171,13 +176,13 @@ static loxo_status measure(bench *b, size_t row, bench_table *table, curves *c)
     }
     if (status < 0) return status;
     memset(jobs, 0, sizeof jobs);
-    for (int i = 0; i < b->n_methods && n < PAPER_MAX_JOBS; ++i, ++n) {
+    for (int i = 0; i < n_methods; ++i, ++n) {
         jobs[n].n_threads = n_threads;
-        snprintf(jobs[n].method, sizeof jobs[n].method, "%s", b->methods[i]);
+        snprintf(jobs[n].method, sizeof jobs[n].method, "%s", methods[i]);
         m[n] = at_one[n] = (double)NAN;
-        if (!paper_is_heat(b->methods[i])) continue;
-        m[n] = paper_best_m(b, &mesh, b->methods[i], n_threads, &at_one[n]);
-        if (!isnan(m[n])) snprintf(jobs[n].method, sizeof jobs[n].method, "%s,time-factor=%.3g", b->methods[i], m[n]);
+        if (!paper_is_heat(methods[i])) continue;
+        m[n] = paper_best_m(b, &mesh, methods[i], n_threads, &at_one[n]);
+        if (!isnan(m[n])) snprintf(jobs[n].method, sizeof jobs[n].method, "%s,time-factor=%.3g", methods[i], m[n]);
     }
     const int n_own = n;
     n = paper_add_peers(b, n_threads, n, jobs);
@@ -185,7 +190,7 @@ static loxo_status measure(bench *b, size_t row, bench_table *table, curves *c)
         m[i] = at_one[i] = (double)NAN;
     if ((status = paper_rounds(b, &mesh, n, jobs)) < 0) return status;
     for (int i = 0; i < n; ++i) {
-        if (i < n_own) snprintf(jobs[i].method, sizeof jobs[i].method, "%s", b->methods[i]);
+        if (i < n_own) snprintf(jobs[i].method, sizeof jobs[i].method, "%s", methods[i]);
         show_ours(b, table, &mesh, &jobs[i], row, m[i], at_one[i]);
         if (i >= n_own) continue;
         const bool ran = jobs[i].failure[0] == '\0';
@@ -203,7 +208,7 @@ loxo_status paper_tao2021_table1(bench *b)
     bench_table_begin(&table, "model|vertices|method|create, s|solve, s|RAM, MB|B/vertex|error, eq. 29|at m = 1|m|"
                               "sweeps or updates|");
     for (size_t r = 0; r < N_ROWS; ++r) {
-        for (int i = 0; i < b->n_methods; ++i)
+        for (int i = 0; i < PAPER_MAX_METHODS; ++i)
             c.n[i][r] = c.time[i][r] = c.bytes[i][r] = (double)NAN;
         if (b->settings.share * rows[r].n_vertices > (double)b->settings.largest) {
             bench_table_row(&table, "%s|%.0f|not run: over --largest", rows[r].own,
