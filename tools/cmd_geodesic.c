@@ -7,6 +7,7 @@
 #include "intrinsic.h"
 #include "measure_rows.h"
 #include "picture.h"
+#include "queries.h"
 #include "run.h"
 #include "sources.h"
 
@@ -41,6 +42,7 @@ typedef struct outputs {
     output file[CLI_MAX_FILES];
     int n;
     const char *picture;
+    cli_queries queries;
 } outputs;
 
 /* Everything that can be wrong with the files, before the long work. */
@@ -57,7 +59,9 @@ static loxo_status check_files(cli_run *run, bool is_estimate, outputs *outs)
     }
     outs->picture = cli_args_value(&run->args, "picture", 0);
     if (outs->picture != NULL && (status = cli_output(run, outs->picture)) < 0) return status;
-    if (outs->n == 0 && outs->picture == NULL && exact == NULL && run->json_path == NULL && !is_estimate)
+    if ((status = cli_queries_check(run, &outs->queries)) < 0) return status;
+    if (outs->n == 0 && outs->picture == NULL && exact == NULL && run->json_path == NULL && !cli_queries_any(run) &&
+        !is_estimate)
         return cli_fail(run, LOXO_ERR_ARGUMENT, "geodesic: no output; give -o FILE, --picture, --json or --exact");
     if (exact != NULL && strcmp(exact, "-") != 0) {
         loxo_os_file file;
@@ -142,8 +146,9 @@ static loxo_status make_mesh(cli_run *run, const geodesic_state *s, loxo_soup *s
     return cli_combine(run, status);
 }
 
-static loxo_status solve(cli_run *run, const geodesic_state *s, const loxo_mesh *mesh, const cli_sources *sources,
-                         double *distance)
+/* surface: the mesh, or what it is an intrinsic triangulation of. */
+static loxo_status solve(cli_run *run, const geodesic_state *s, const loxo_mesh *mesh, const loxo_mesh *surface,
+                         const cli_sources *sources, double *distance, cli_queries *queries)
 {
     loxo_geodesic *geodesic = NULL;
     loxo_geodesic_info info = {0};
@@ -151,12 +156,19 @@ static loxo_status solve(cli_run *run, const geodesic_state *s, const loxo_mesh 
     loxo_status status = loxo_geodesic_create(run->ctx, mesh, &s->geodesic, &geodesic);
     if (status < 0) return status;
     status = cli_sources_solve(run, sources, geodesic, distance, &info);
+    if (status == LOXO_STOPPED && !run->common->keep_partial) status = LOXO_ERR_STOPPED;
+    if (status >= 0) {
+        (void)cli_seconds(run, "solve", start_s);
+        cli_report_geodesic(run, &info, loxo_mesh_n_vertices(mesh));
+        status = cli_combine(run, status);
+    }
+    if (status >= 0 && status != LOXO_STOPPED) {
+        const loxo_status asked =
+            cli_queries_ask(run, geodesic, surface, sources, distance, info.distance_max, queries);
+        if (asked < 0) status = asked;
+    }
     loxo_geodesic_destroy(geodesic);
-    if (status < 0) return status;
-    if (status == LOXO_STOPPED && !run->common->keep_partial) return LOXO_ERR_STOPPED;
-    (void)cli_seconds(run, "solve", start_s);
-    cli_report_geodesic(run, &info, loxo_mesh_n_vertices(mesh));
-    return cli_combine(run, status);
+    return status;
 }
 
 /* Files that carry the mesh too, and the picture: the caller's arrays are made again, for as long as this takes. */
@@ -213,6 +225,7 @@ static loxo_status geodesic_main(cli_run *run, void *state)
     loxo_status status;
     if (cli_args_has(&run->args, "source-point") || cli_args_has(&run->args, "source-points"))
         s->intrinsic.traceable = true; /* they lie in faces of the surface */
+    if (cli_args_has(&run->args, "nearest-output")) s->geodesic.nearest = true;
     s->draw.title = cli_args_value(&run->args, "title", 0);
     s->draw.unit = cli_args_value(&run->args, "unit", 0);
     if (!s->common.estimate && (status = cli_sources_check(run)) < 0) return status;
@@ -229,12 +242,15 @@ static loxo_status geodesic_main(cli_run *run, void *state)
         goto done;
     status = LOXO_ERR_MEMORY;
     if ((distance = loxo_allocate(run->ctx, loxo_mesh_n_vertices(mesh), sizeof *distance)) == NULL) goto done;
-    if ((status = solve(run, s, intrinsic != NULL ? intrinsic : mesh, &sources, distance)) < 0) goto done;
+    status = solve(run, s, intrinsic != NULL ? intrinsic : mesh, mesh, &sources, distance, &outs.queries);
+    if (status < 0) goto done;
     if ((status = cli_before_output(run)) < 0) goto done;
     if (exact != NULL && (status = cli_measure_against(run, exact, distance, loxo_mesh_n_vertices(mesh))) < 0)
         goto done;
     status = write_files(run, s, &outs, mesh, distance);
+    if (status >= 0) status = cli_queries_write(run, mesh, &outs.queries);
 done:
+    cli_queries_destroy(run, &outs.queries);
     cli_sources_destroy(run, &sources);
     loxo_release(run->ctx, distance);
     loxo_mesh_destroy(intrinsic);
@@ -245,6 +261,7 @@ done:
 
 static const cli_flag geodesic_flags[] = {
     CLI_SOURCE_FLAGS,
+    CLI_QUERY_FLAGS,
     {.name = "intrinsic", .help = "solve on the intrinsic Delaunay triangulation: for badly shaped triangles"},
     {.name = "output",
      .letter = 'o',
@@ -273,11 +290,14 @@ const cli_command command_geodesic = {
     .summary = "distances over the surface from one or many sources",
     .about =
         "Reads a surface and computes the geodesic distance of every vertex from the sources by the parallel heat\n"
-        "method. Vertices that no source reaches get infinity. The answer is checked before it is given; one that\n"
+        "method, or another. Vertices that no source reaches get infinity. The answer is checked before it is given; "
+        "one that\n"
         "fails is written, marked in the report, and the exit code is 8.\n",
     .examples = "  loxo geodesic bunny.off -s 0 -o distance.npy --picture bunny.png\n"
                 "  loxo geodesic brain.surf.gii -s 0,17 -o distance.shape.gii --json report.json\n"
-                "  loxo geodesic scan.ply --source-point 0.1,0,0.3 --method face -o distance.ply\n",
+                "  loxo geodesic scan.ply --source-point 0.1,0,0.3 --method face -o distance.ply\n"
+                "  loxo geodesic scan.ply -s 0 --path 1200 --path-output path.obj --lines-output lines.obj\n"
+                "  loxo geodesic scan.ply --sources points.txt --matrix matrix.npy --nearest-output cells.npy\n",
     .min_operands = 1,
     .max_operands = 1,
     .flags = geodesic_flags,

@@ -9,6 +9,7 @@ extern const cli_command command_info;
 extern const cli_command command_convert;
 extern const cli_command command_generate;
 extern const cli_command command_geodesic;
+extern const cli_command command_sample;
 extern const cli_command command_render;
 extern const cli_command command_measure;
 

@@ -270,6 +270,81 @@ def geodesic_sources_in_all_ways():
 
 
 @test
+def geodesic_paths_and_lines():
+    mesh = sphere("s.ply", fitting(2500))
+    r = loxo("geodesic", mesh, "-s", "0", "--path", "40", "--path", "0.1,0.2,-3", "--path-output", "w.csv",
+             "--lines-output", "l.obj", "--level", "0.5,1", "--level", "2", "--json", "-").is_code(0)
+    assert [p["from"] for p in r.json["paths"]] == ["40", "0.1,0.2,-3"]
+    for p in r.json["paths"]:
+        assert abs(p["length"] - p["distance"]) < 0.05 * p["distance"], p
+    assert [i["level"] for i in r.json["isolines"]] == [0.5, 1, 2] and all(i["is_closed"] for i in r.json["isolines"])
+    for i in r.json["isolines"]:
+        assert abs(i["length"] / (2 * math.pi * math.sin(i["level"])) - 1) < 0.05, i
+    r.has_err(r"^path +from 40: \S+ long, distance \S+$").has_err(r"^isolines +3 at 3 levels, 3 closed, ")
+    rows = read("w.csv").decode().splitlines()
+    assert rows[0] == "line,value,x,y,z" and rows[-1].startswith("1,") and len(rows) > 20
+    assert read("l.obj").count(b"\nl ") == 3
+    r = loxo("geodesic", mesh, "-s", "0", "--lines-output", "l.vtp").is_code(0).has_err(r"^isolines +10 at 10 levels")
+    loxo("geodesic", mesh, "-s", "0", "--intrinsic", "--path", "40").is_code(0).has_err(r"^path +from 40: ")
+    loxo("geodesic", mesh, "-s", "0", "--method", "exact", "--path", "40").is_code(0).has_err(r"^path +from 40: ")
+
+
+@test
+def geodesic_nearest_and_matrix():
+    mesh = sphere("s.ply", fitting(2500))
+    r = loxo("geodesic", mesh, "-s", "0,11,70", "--nearest-output", "n.npy", "--matrix", "m.csv", "--json", "-",
+             "-o", "d.npy").is_code(0)
+    near, d = npy("n.npy"), npy("d.npy")
+    assert [near[0], near[11], near[70]] == [0, 1, 2] and set(near) == {0, 1, 2} and len(near) == len(d)
+    rows = [[float(x) for x in row.split(",")] for row in read("m.csv").decode().splitlines()]
+    assert len(rows) == 3 and all(len(row) == 3 for row in rows) and all(rows[i][i] == 0 for i in range(3))
+    assert max(abs(rows[i][j] - rows[j][i]) for i in range(3) for j in range(3)) == r.json["matrix"]["asymmetry"]
+    r = loxo("geodesic", mesh, "-s", "0", "--max-distance", "0.5", "-o", "d.npy", "--json", "-").is_code(0)
+    d = npy("d.npy")
+    assert r.json["info"]["n_unreached"] == sum(math.isinf(x) for x in d) > 0 and max(x for x in d if x < 9) <= 0.5
+    assert r.json["warnings"] == []
+
+
+@test
+def geodesic_queries_that_are_wrong():
+    mesh = octahedron()
+    for words, code, text in (
+            (["--path", "x"], 2, "--path takes a vertex number or x,y,z"), (["--path", "1,2"], 2, "--path takes"),
+            (["--path", "6"], 2, "--path 6 is not in 0..5"), (["--level", "1"], 2, "--level is for --lines-output"),
+            (["--lines-output", "l.csv", "--level", "a"], 2, "--level takes numbers"),
+            (["--lines-output", "l.ply"], 5, "--lines-output writes .obj, .vtp, .csv"),
+            (["--nearest-output", "n.obj"], 5, "--nearest-output writes"), (["--matrix", "m.obj"], 5, "--matrix writes"),
+            (["--path-output", "w.obj"], 2, "--path-output needs a --path"),
+            (["--path", "1", "--path-output", "nowhere/w.obj"], 9, "nowhere"),
+            (["--max-distance", "0"], 2, "max-distance"), (["--max-distance", "nan"], 2, "max-distance")):
+        loxo("geodesic", mesh, "-s", "0", "-o", "d.npy", *words).fails(code, text)
+    assert "d.npy" not in files()
+
+
+@test
+def sample_of_a_sphere():
+    mesh = sphere("s.ply", fitting(2500))
+    r = loxo("sample", mesh, "--count", "20", "-o", "p.csv", "-o", "p.txt", "-o", "p.npy", "--json", "-").is_code(0)
+    radius = r.json["radius"]
+    assert len(r.json["points"]) == len(set(r.json["points"])) == 20 and r.json["points"][0] == 0
+    assert all(a >= b for a, b in zip(radius, radius[1:])) and 0.3 < radius[-1] < 0.8
+    assert [int(x) for x in read("p.txt").split()] == r.json["points"]
+    r.has_err(r"^points +20, every vertex within \S+ of one$")
+    loxo("geodesic", mesh, "--sources", "p.txt", "-o", "a.npy", "--quiet")
+    loxo("geodesic", mesh, "--source-points", "p.csv", "-o", "b.npy", "--quiet")
+    assert read("a.npy") == read("b.npy") and abs(max(npy("a.npy")) - radius[-1]) < 0.1
+    loxo("sample", mesh, "--count", "3", "-s", "7,8", "-o", "q.txt").is_code(0)
+    assert [int(x) for x in read("q.txt").split()][:2] == [7, 8]
+    loxo("sample", mesh, "-o", "q.txt").fails(2, "--count N")
+    loxo("sample", mesh, "--count", "0", "-o", "q.txt").fails(2, "--count N")
+    loxo("sample", mesh, "--count", "5").fails(2, "no output")
+    loxo("sample", mesh, "--count", "5", "-o", "q.ply").fails(5, "sample: -o writes")
+    loxo("sample", mesh, "--count", "999999", "-o", "r.txt").fails(2, "999999 points of")
+    loxo("sample", mesh, "--count", "1", "-s", "0,1", "-o", "r.txt").fails(2, "fewer points are wanted")
+    loxo("sample", mesh, "--count", "5", "--estimate").is_code(0).has_out(r"^peak_bytes ")
+
+
+@test
 def geodesic_many_sources():
     mesh = sphere("s.ply", 2500)
     write("all.txt", "\n".join(str(i) for i in range(2400)))

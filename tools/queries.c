@@ -1,0 +1,280 @@
+/* SPDX-License-Identifier: MIT */
+#include "queries.h"
+
+#include "base/os.h"
+
+#include <math.h>
+#include <string.h>
+
+#define MOST_LEVELS   10000
+#define N_DEFAULT     10 /* lines where no level is given */
+#define MOST_TOLD     4  /* paths, for people; all of them stand in the JSON */
+#define MOST_FIELDS_N 3
+
+static bool ends_in(const char *path, const char *suffix)
+{
+    const size_t n = strlen(path), n_suffix = strlen(suffix);
+    return n >= n_suffix && strcmp(path + n - n_suffix, suffix) == 0;
+}
+
+/* One of the suffixes, or standard output. */
+static loxo_status check_file(cli_run *run, const char *flag, const char *const suffix[MOST_FIELDS_N],
+                              const char **path)
+{
+    *path = cli_args_value(&run->args, flag, 0);
+    if (*path == NULL) return LOXO_OK;
+    bool is_known = strcmp(*path, "-") == 0;
+    for (int i = 0; i < MOST_FIELDS_N && suffix[i] != NULL; ++i)
+        is_known = is_known || ends_in(*path, suffix[i]);
+    if (!is_known)
+        return cli_fail(run, LOXO_ERR_UNSUPPORTED, "geodesic: --%s writes %s, %s%s%s, not '%s'", flag, suffix[0],
+                        suffix[1], suffix[2] != NULL ? ", " : "", suffix[2] != NULL ? suffix[2] : "", *path);
+    return cli_output(run, *path);
+}
+
+/* A target: one whole number, or three numbers. */
+static int parse_target(const char *text, int64_t *vertex, double position[3])
+{
+    if (cli_parse_integer(text, strlen(text), vertex)) return 1;
+    return cli_parse_numbers(text, position, 3) == 3 ? 3 : 0;
+}
+
+loxo_status cli_queries_check(cli_run *run, cli_queries *queries)
+{
+    static const char *const fields[MOST_FIELDS_N] = {".npy", ".csv", ".gii"};
+    static const char *const lines[MOST_FIELDS_N] = {".obj", ".vtp", ".csv"};
+    static const char *const matrices[MOST_FIELDS_N] = {".npy", ".csv", NULL};
+    const cli_args *args = &run->args;
+    const char *text;
+    double number[3];
+    int64_t vertex;
+    loxo_status status;
+    if ((status = check_file(run, "nearest-output", fields, &queries->nearest_path)) < 0) return status;
+    if ((status = check_file(run, "lines-output", lines, &queries->lines_path)) < 0) return status;
+    if ((status = check_file(run, "path-output", lines, &queries->path_path)) < 0) return status;
+    if ((status = check_file(run, "matrix", matrices, &queries->matrix_path)) < 0) return status;
+    for (int cursor = 0; (text = cli_args_next(args, "level", &cursor)) != NULL;) {
+        double *level = loxo_allocate(run->ctx, MOST_LEVELS, sizeof *level);
+        if (level == NULL) return LOXO_ERR_MEMORY;
+        const int n = cli_parse_numbers(text, level, MOST_LEVELS);
+        loxo_release(run->ctx, level);
+        if (n < 1)
+            return cli_fail(run, LOXO_ERR_ARGUMENT, "geodesic: --level takes numbers with commas, not '%s'", text);
+    }
+    if (cli_args_has(args, "level") && queries->lines_path == NULL)
+        return cli_fail(run, LOXO_ERR_ARGUMENT, "geodesic: --level is for --lines-output");
+    for (int cursor = 0; (text = cli_args_next(args, "path", &cursor)) != NULL;)
+        if (parse_target(text, &vertex, number) == 0)
+            return cli_fail(run, LOXO_ERR_ARGUMENT, "geodesic: --path takes a vertex number or x,y,z, not '%s'", text);
+    if (queries->path_path != NULL && !cli_args_has(args, "path"))
+        return cli_fail(run, LOXO_ERR_ARGUMENT, "geodesic: --path-output needs a --path");
+    return LOXO_OK;
+}
+
+bool cli_queries_any(const cli_run *run)
+{
+    static const char *const flags[] = {"nearest-output", "lines-output", "path", "matrix"};
+    for (int i = 0; i < 4; ++i)
+        if (cli_args_has(&run->args, flags[i])) return true;
+    return false;
+}
+
+/* ---- nearest sources ----------------------------------------------------------------------------------------- */
+
+static loxo_status ask_nearest(cli_run *run, const loxo_geodesic *geodesic, int64_t n, cli_queries *queries)
+{
+    loxo_index *source = loxo_allocate(run->ctx, n, sizeof *source);
+    queries->nearest = loxo_allocate(run->ctx, n, sizeof *queries->nearest);
+    loxo_status status = source == NULL || queries->nearest == NULL ? LOXO_ERR_MEMORY : LOXO_OK;
+    if (status >= 0) status = loxo_geodesic_nearest(geodesic, source);
+    for (int64_t v = 0; v < n && status >= 0; ++v)
+        queries->nearest[v] = (double)source[v];
+    loxo_release(run->ctx, source);
+    return status;
+}
+
+/* ---- isolines ------------------------------------------------------------------------------------------------ */
+
+/* All --level values, or N_DEFAULT that cut the way to the farthest vertex evenly; [*n] from loxo_allocate. */
+static loxo_status list_levels(cli_run *run, double farthest, double **level, int64_t *n)
+{
+    const char *text;
+    *n = 0;
+    *level = loxo_allocate(run->ctx, MOST_LEVELS, sizeof **level);
+    if (*level == NULL) return LOXO_ERR_MEMORY;
+    for (int cursor = 0; (text = cli_args_next(&run->args, "level", &cursor)) != NULL;) {
+        const int n_more = cli_parse_numbers(text, *level + *n, (int)(MOST_LEVELS - *n));
+        if (n_more < 0) return cli_fail(run, LOXO_ERR_LIMIT, "geodesic: more than %d levels", MOST_LEVELS);
+        *n += n_more;
+    }
+    for (; !cli_args_has(&run->args, "level") && *n < N_DEFAULT; ++*n)
+        (*level)[*n] = farthest * (double)(*n + 1) / (double)(N_DEFAULT + 1);
+    return LOXO_OK;
+}
+
+static loxo_status ask_isolines(cli_run *run, const loxo_mesh *surface, const double *distance, double farthest,
+                                cli_queries *queries)
+{
+    double *level = NULL, length = 0.0;
+    int64_t n = 0, n_closed = 0;
+    loxo_status status = list_levels(run, farthest, &level, &n);
+    if (status >= 0) status = loxo_isolines(run->ctx, surface, distance, level, n, &queries->isolines);
+    loxo_release(run->ctx, level);
+    if (status < 0) return status;
+    json_t *list = json_put_array(run->report.json, "isolines");
+    for (int64_t i = 0; i < queries->isolines.n_lines; ++i) {
+        const double own = loxo_polyline_length(&queries->isolines, i);
+        json_t *entry = json_object();
+        json_put_number(entry, "level", queries->isolines.value[i]);
+        json_put_number(entry, "length", own);
+        json_put_bool(entry, "is_closed", queries->isolines.is_closed[i]);
+        json_append(list, entry);
+        length += own;
+        n_closed += queries->isolines.is_closed[i];
+    }
+    report_row(&run->report, "isolines", "%s at %s levels, %s closed, %.6g long together",
+               text_count(queries->isolines.n_lines), text_count(n), text_count(n_closed), length);
+    return LOXO_OK;
+}
+
+/* ---- paths --------------------------------------------------------------------------------------------------- */
+
+static loxo_status list_targets(cli_run *run, const loxo_mesh *surface, loxo_surface_point *target)
+{
+    const int64_t n_vertices = loxo_mesh_n_vertices(surface);
+    const char *text;
+    int64_t i = 0;
+    for (int cursor = 0; (text = cli_args_next(&run->args, "path", &cursor)) != NULL; ++i) {
+        double position[1][3];
+        int64_t vertex = -1;
+        loxo_status status = LOXO_OK;
+        if (parse_target(text, &vertex, position[0]) == 3)
+            status = loxo_mesh_nearest_points(surface, 1, (const double(*)[3])position, &target[i], NULL);
+        else if (vertex < 0 || vertex >= n_vertices)
+            status = cli_fail(run, LOXO_ERR_ARGUMENT, "geodesic: --path %s is not in 0..%lld", text,
+                              (long long)n_vertices - 1);
+        else
+            target[i] = (loxo_surface_point){{(loxo_index)vertex, -1, -1}, {1.0, 0.0, 0.0}};
+        if (status < 0) return status;
+    }
+    return LOXO_OK;
+}
+
+static int64_t count_targets(const cli_run *run)
+{
+    int64_t n = 0;
+    for (int cursor = 0; cli_args_next(&run->args, "path", &cursor) != NULL;)
+        ++n;
+    return n;
+}
+
+static void tell_paths(cli_run *run, const loxo_polylines *paths)
+{
+    json_t *list = json_put_array(run->report.json, "paths");
+    const char *text;
+    int64_t i = 0;
+    for (int cursor = 0; (text = cli_args_next(&run->args, "path", &cursor)) != NULL; ++i) {
+        const double length = loxo_polyline_length(paths, i);
+        json_t *entry = json_object();
+        json_put_text(entry, "from", text);
+        json_put_number(entry, "length", length);
+        json_put_number(entry, "distance", paths->value[i]);
+        json_put_integer(entry, "n_points", paths->line_begin[i + 1] - paths->line_begin[i]);
+        json_append(list, entry);
+        if (i < MOST_TOLD)
+            report_row(&run->report, "path", "from %s: %.6g long, distance %.6g", text, length, paths->value[i]);
+    }
+}
+
+static loxo_status ask_paths(cli_run *run, loxo_geodesic *geodesic, const loxo_mesh *surface,
+                             const cli_sources *sources, const double *distance, cli_queries *queries)
+{
+    const int64_t n = count_targets(run);
+    loxo_surface_point *target = loxo_allocate(run->ctx, n, sizeof *target);
+    if (target == NULL) return LOXO_ERR_MEMORY;
+    loxo_status status = list_targets(run, surface, target);
+    if (status >= 0) status = loxo_geodesic_paths(geodesic, target, n, &queries->paths);
+    if (status == LOXO_ERR_UNSUPPORTED) /* of an intrinsic triangulation */
+        status =
+            loxo_geodesic_trace(run->ctx, surface, distance, sources->point, sources->n, target, n, &queries->paths);
+    loxo_release(run->ctx, target);
+    if (status >= 0) tell_paths(run, &queries->paths);
+    return status;
+}
+
+/* ---- matrices ------------------------------------------------------------------------------------------------ */
+
+static loxo_status ask_matrix(cli_run *run, loxo_geodesic *geodesic, const cli_sources *sources, cli_queries *queries)
+{
+    const int64_t n = sources->n;
+    const double start_s = loxo_os_clock_s();
+    double asymmetry = 0.0, largest = 0.0;
+    queries->matrix = loxo_allocate(run->ctx, n * n, sizeof *queries->matrix);
+    if (queries->matrix == NULL) return LOXO_ERR_MEMORY;
+    const loxo_status status = loxo_geodesic_matrix(geodesic, sources->point, n, queries->matrix);
+    if (status < 0) return status;
+    queries->n_matrix = n;
+    for (int64_t i = 0; i < n; ++i)
+        for (int64_t j = 0; j < i; ++j) {
+            const double a = queries->matrix[i * n + j], b = queries->matrix[j * n + i];
+            if (!isfinite(a) || !isfinite(b)) continue;
+            asymmetry = fmax(asymmetry, fabs(a - b));
+            largest = fmax(largest, fmax(a, b));
+        }
+    json_t *entry = json_object();
+    json_put_integer(entry, "n", n);
+    json_put_number(entry, "largest", largest);
+    json_put_number(entry, "asymmetry", asymmetry);
+    json_object_set_new(run->report.json, "matrix", entry);
+    report_row(&run->report, "matrix", "%s solves, largest %.6g, asymmetric by %.3g at most", text_count(n), largest,
+               asymmetry);
+    (void)cli_seconds(run, "matrix", start_s);
+    return cli_combine(run, status);
+}
+
+/* ---- together ------------------------------------------------------------------------------------------------ */
+
+loxo_status cli_queries_ask(cli_run *run, loxo_geodesic *geodesic, const loxo_mesh *surface, const cli_sources *sources,
+                            const double *distance, double farthest, cli_queries *queries)
+{
+    loxo_status status = LOXO_OK;
+    if (queries->nearest_path != NULL) status = ask_nearest(run, geodesic, loxo_mesh_n_vertices(surface), queries);
+    if (status >= 0 && queries->lines_path != NULL) status = ask_isolines(run, surface, distance, farthest, queries);
+    if (status >= 0 && cli_args_has(&run->args, "path"))
+        status = ask_paths(run, geodesic, surface, sources, distance, queries);
+    if (status >= 0 && queries->matrix_path != NULL) status = ask_matrix(run, geodesic, sources, queries);
+    return status;
+}
+
+loxo_status cli_queries_write(cli_run *run, const loxo_mesh *surface, const cli_queries *queries)
+{
+    loxo_status status = LOXO_OK;
+    if (queries->nearest != NULL) {
+        status = loxo_write_field(run->ctx, queries->nearest_path, "nearest", queries->nearest,
+                                  loxo_mesh_n_vertices(surface), NULL);
+        if (status >= 0) cli_wrote(run, queries->nearest_path);
+    }
+    if (status >= 0 && queries->isolines.line_begin != NULL) {
+        status = loxo_write_polylines(run->ctx, queries->lines_path, &queries->isolines);
+        if (status >= 0) cli_wrote(run, queries->lines_path);
+    }
+    if (status >= 0 && queries->path_path != NULL && queries->paths.line_begin != NULL) {
+        status = loxo_write_polylines(run->ctx, queries->path_path, &queries->paths);
+        if (status >= 0) cli_wrote(run, queries->path_path);
+    }
+    if (status >= 0 && queries->matrix != NULL) {
+        status =
+            loxo_write_matrix(run->ctx, queries->matrix_path, queries->matrix, queries->n_matrix, queries->n_matrix);
+        if (status >= 0) cli_wrote(run, queries->matrix_path);
+    }
+    return status;
+}
+
+void cli_queries_destroy(cli_run *run, cli_queries *queries)
+{
+    loxo_release(run->ctx, queries->nearest);
+    loxo_release(run->ctx, queries->matrix);
+    loxo_polylines_destroy(run->ctx, &queries->isolines);
+    loxo_polylines_destroy(run->ctx, &queries->paths);
+    *queries = (cli_queries){0};
+}
