@@ -60,6 +60,7 @@ static const struct {
     {"scale", "PLY file to distances in a file, at two sizes: growth of time and bytes a vertex", bench_scale},
     {"build", "half-edges of a mesh in memory", bench_build},
     {"orders", "orders of a mesh: what they cost and what they win", bench_orders},
+    {"laplace", "multigrid beside a sparse factor and BoomerAMG: set-up, solve, memory, steps", bench_laplace},
     {"estimate", "what --estimate of the command predicts, against what a run takes", bench_estimate},
 };
 #define N_COMMANDS (sizeof commands / sizeof commands[0])

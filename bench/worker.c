@@ -167,7 +167,8 @@ static const struct {
              {"solve", 4, solve},
              {"error", 2, error_of},
              {"compare", 2, compare},
-             {"search", 3, bench_task_search}};
+             {"search", 3, bench_task_search},
+             {"laplace", 2, bench_task_laplace}};
 
 loxo_status bench_worker(bench *b, int argc, char **argv)
 {

@@ -18,5 +18,6 @@ loxo_status bench_task_closed_form(bench *b, char **argv);
 loxo_status bench_task_build(bench *b, char **argv);
 loxo_status bench_task_order(bench *b, char **argv);
 loxo_status bench_task_search(bench *b, char **argv);
+loxo_status bench_task_laplace(bench *b, char **argv);
 
 #endif

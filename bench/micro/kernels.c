@@ -3,6 +3,7 @@
 #include "../bench.h"
 #include "base/os.h"
 #include "kernel/variants.h"
+#include "sparse.h"
 
 #include <math.h>
 #include <omp.h>
@@ -227,6 +228,7 @@ loxo_status bench_micro(bench *b)
                 measure(&s, &table, kernel, (loxo_isa)isa, &triad);
         bench_triad_close(b, &triad);
     }
+    if (status >= 0) status = bench_micro_sparse(b, &s.m, &table);
     if (status >= 0) {
         bench_table_print(b, &table);
         printf(

@@ -71,10 +71,14 @@ static inline void k_smooth_backward(const k_smooth_level *m, int64_t begin, int
     for (int64_t i = end - 1; i >= begin; --i) {
         const double own = y[i];
         double sum = b[i] - (double)m->excess[i] * own;
-        for (int64_t k = m->row[i]; k < m->row[i + 1]; ++k) {
-            const loxo_index j = m->column[k];
-            sum -= (double)m->weight[k] * (own - (j > i && j < end ? x[j] : y[j]));
-        }
+        const int64_t first = m->row[i];
+        int64_t k = m->row[i + 1] - 1;
+        for (; k >= first && m->column[k] >= end; --k)
+            sum -= (double)m->weight[k] * (own - y[m->column[k]]);
+        for (; k >= first && m->column[k] > i; --k)
+            sum -= (double)m->weight[k] * (own - x[m->column[k]]);
+        for (; k >= first; --k)
+            sum -= (double)m->weight[k] * (own - y[m->column[k]]);
         x[i] = own + sum * (double)m->inverse[i];
     }
 }
