@@ -264,12 +264,11 @@ loxo_status heat_find_distances(parallel_heat *g, const geodesic_seed *seeds, in
     return LOXO_OK;
 }
 
-/* What a small mesh of its own would change: sweeps go by the number of levels, and it has no cycles; edges of an intrinsic
- * triangulation may join a vertex to itself. */
+/* What a small mesh of its own would change: sweeps go by the number of levels, and it has no cycles. */
 static bool can_be_limited(const parallel_heat *g)
 {
     return isfinite(g->problem->settings.max_distance) && g->settings.diffusion == LOXO_DIFFUSION_MARCHING &&
-           !g->settings.global_constraints && g->given_value == NULL && g->m.halfedge_length == NULL;
+           !g->settings.global_constraints && g->given_value == NULL;
 }
 
 static loxo_status parallel_heat_solve(void *state, const geodesic_seed *seeds, int64_t n_seeds, double *distance,
