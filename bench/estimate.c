@@ -56,7 +56,7 @@ static loxo_status measure_once(bench *b, const char *command, const char *mesh,
     loxo_status status = run(b, predict, &child, &report);
     if (status >= 0) {
         const json_t *estimate = json_object_get(report, "estimate");
-        *p = (prediction){bench_number(estimate, "peak_bytes"), bench_number(estimate, "seconds"), child.wall_s};
+        *p = (prediction){bench_number(estimate, "process_bytes"), bench_number(estimate, "seconds"), child.wall_s};
     }
     json_decref(report);
     if (status < 0) return status;

@@ -75,13 +75,15 @@ static loxo_status estimate(cli_run *run, const geodesic_state *s)
 {
     loxo_mesh_counts counts;
     size_t mesh_bytes = 0, build_bytes = 0, work_bytes = 0;
-    double seconds = NAN;
-    loxo_status status = cli_count_mesh(run, run->args.operand[0], &counts);
+    loxo_machine machine;
+    loxo_status status = loxo_machine_get(run->ctx, &machine); /* what it loads, a solve loads, too */
+    const size_t program_bytes = loxo_os_peak_rss();           /* before anything is done */
+    if (status >= 0) status = cli_count_mesh(run, run->args.operand[0], &counts);
     if (status < 0) return status;
     const int64_t n = counts.n_vertices, n_faces = counts.n_faces;
     const size_t result_bytes = sizeof(double) * (size_t)n;
     status = loxo_mesh_estimate(n, n_faces, counts.is_float, &s->mesh, &mesh_bytes, &build_bytes);
-    if (status >= 0) status = loxo_geodesic_estimate(run->ctx, n, n_faces, &s->geodesic, &work_bytes, &seconds);
+    if (status >= 0) status = loxo_geodesic_estimate(run->ctx, n, n_faces, &s->geodesic, &work_bytes, NULL);
     if (status < 0) return status;
     size_t intrinsic_bytes = 0, flip_bytes = 0;
     if (cli_args_has(&run->args, "intrinsic"))
@@ -98,7 +100,8 @@ static loxo_status estimate(cli_run *run, const geodesic_state *s)
     if (intrinsic_bytes > 0) cli_estimate_part(run, "intrinsic_bytes", intrinsic_bytes);
     cli_estimate_part(run, "workspace_bytes", work_bytes);
     cli_estimate_part(run, "result_bytes", result_bytes);
-    cli_estimate(run, peak_bytes, seconds);
+    cli_estimate_part(run, "process_bytes", peak_bytes + program_bytes);
+    cli_estimate(run, peak_bytes, cli_estimate_seconds(run, run->args.operand[0], &counts, &s->mesh, &s->geodesic));
     return LOXO_OK;
 }
 

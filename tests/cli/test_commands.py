@@ -372,6 +372,7 @@ def geodesic_estimate():
     r = loxo("geodesic", mesh, "--estimate", "--json", "-").is_code(0)
     e = r.json["estimate"]
     assert e["peak_bytes"] > 76 * 2000 and e["seconds"] > 0 and e["fits"] is True, e
+    assert e["peak_bytes"] + 5e5 < e["process_bytes"] < e["peak_bytes"] + 1e9, e
     r = loxo("geodesic", mesh, "-s", "0", "-o", "d.npy", "--estimate").is_code(0)
     r.has_out(r"^peak_bytes +\S").has_out(r"^seconds +about").has_out(r": fits$")
     assert files() == ["s.ply"]

@@ -35,8 +35,9 @@ typedef struct geodesic_problem {
 typedef struct geodesic_engine {
     /* Workspace of create. In problem only ctx, m's counts, n_boundary_edges and settings are set. */
     size_t (*bytes)(const geodesic_problem *problem);
-    /* Nanoseconds of a solve a vertex, one thread, measured: for estimates. */
-    double vertex_ns;
+    /* Nanoseconds of create and a solve a vertex, one thread, measured at 1M vertices; a vertex of n costs (n / 1M)^growth
+     * times that. For estimates. */
+    double vertex_ns, growth;
     /* Everything that no source changes. *state is set also on failure, and destroyed by the caller. */
     loxo_status (*create)(const geodesic_problem *problem, void **state);
     /* distance [n_vertices] out, +infinity where nothing reaches or beyond settings.max_distance; nearest [n_vertices] out,

@@ -361,6 +361,7 @@ static size_t parallel_heat_bytes(const geodesic_problem *problem)
 const geodesic_engine geodesic_engine_edge = {
     .bytes = parallel_heat_bytes,
     .vertex_ns = 440.0,
+    .growth = 0.03,
     .create = parallel_heat_create,
     .solve = parallel_heat_solve,
     .destroy = parallel_heat_destroy,
@@ -373,6 +374,7 @@ const geodesic_engine geodesic_engine_edge = {
 const geodesic_engine geodesic_engine_face = {
     .bytes = parallel_heat_bytes,
     .vertex_ns = 530.0,
+    .growth = 0.03,
     .create = parallel_heat_create,
     .solve = parallel_heat_solve,
     .destroy = parallel_heat_destroy,
