@@ -237,7 +237,7 @@ static loxo_status run(bench *b, int argc, char **argv)
     if (b->n_threads == 0) choose_threads(b);
     loxo_context_settings settings = loxo_context_settings_default(); /* what runs in this process has most threads */
     settings.n_threads = b->threads[b->n_threads - 1];
-    settings.memory_limit_bytes = b->settings.max_memory;
+    if (strcmp(argv[0], "worker") == 0) settings.memory_limit_bytes = b->settings.max_memory;
     loxo_context_destroy(b->ctx);
     b->ctx = NULL;
     if ((status = loxo_context_create(&settings, &b->ctx)) < 0) return status;
