@@ -6,6 +6,7 @@
 #include "surfaces.h"
 
 #include <loxo/geodesic.h>
+#include <loxo/lines.h>
 
 static loxo_geodesic_settings exact_settings(void) { return unjudged_settings(LOXO_GEODESIC_EXACT); }
 
@@ -126,6 +127,88 @@ TEST(subdivision_and_order_change_nothing)
         loxo_release(test_context, fine);
         surface_destroy(&s);
     }
+}
+
+/* Puts a vertex into a face: at a corner, so that an edge has no length, or on an edge, so that a face has no height. */
+static void put_into_face(loxo_soup *soup, int64_t face, const double weight[3])
+{
+    loxo_index *t = &soup->triangle[3 * face], *more = &soup->triangle[3 * soup->n_faces];
+    const loxo_index v = (loxo_index)soup->n_vertices, corner[3] = {t[0], t[1], t[2]};
+    const loxo_index faces[9] = {corner[0], corner[1], v, corner[1], corner[2], v, corner[2], corner[0], v};
+    for (int j = 0; j < 3; ++j) {
+        double x = 0.0;
+        for (int k = 0; k < 3; ++k)
+            x += weight[k] * soup->position[3 * corner[k] + j];
+        soup->position[3 * v + j] = x;
+    }
+    memcpy(t, faces, 3 * sizeof *t);
+    memcpy(more, &faces[3], 6 * sizeof *t);
+    soup->n_vertices += 1;
+    soup->n_faces += 2;
+}
+
+/* Ways back on such a surface are as long as the distance; where vertices lie on each other, a few are given up. */
+static void check_ways(const surface *s, const loxo_geodesic_settings *settings, loxo_index source, int64_t *n_ways,
+                       int64_t *n_lost)
+{
+    loxo_geodesic *g = solver_of(s, settings);
+    double *d = surface_numbers(s);
+    CHECK_OK(loxo_geodesic_solve(g, &source, 1, d, NULL));
+    for (int64_t v = 0; v < s->soup.n_vertices; ++v) {
+        const loxo_surface_point from = {{(loxo_index)v, -1, -1}, {1.0, 0.0, 0.0}};
+        loxo_polylines lines;
+        const loxo_status status = loxo_geodesic_paths(g, &from, 1, &lines);
+        *n_ways += 1;
+        if (status == LOXO_ERR_NUMERIC) {
+            *n_lost += 1;
+            continue;
+        }
+        CHECK_STATUS(test_context, status, LOXO_OK);
+        CHECK_NEAR(loxo_polyline_length(&lines, 0), d[v], 1e-12);
+        loxo_polylines_destroy(test_context, &lines);
+    }
+    loxo_release(test_context, d);
+    loxo_geodesic_destroy(g);
+}
+
+/* Faces without area, alone and beside each other, are passed as if they were not there. The places of points on edges are
+ * rounded: 1e-16 of the coordinates. */
+TEST(faces_without_area_change_nothing)
+{
+    static const double weight[4][3] = {{1.0, 0.0, 0.0}, {0.5, 0.5, 0.0}, {0.0, 0.0, 1.0}, {0.0, 0.25, 0.75}};
+    const loxo_geodesic_settings settings = exact_settings();
+    int64_t n_ways = 0, n_lost = 0;
+    for (int round = 0; round < 40; ++round) {
+        loxo_soup soup = soup_shaken(shapes[round % N_SHAPES].shape, 150, shapes[round % N_SHAPES].shake);
+        const int64_t n = soup.n_vertices, n_more = round < 20 ? 5 : 100;
+        loxo_soup more = {.n_vertices = n, .n_faces = soup.n_faces};
+        more.position = loxo_allocate(test_context, 3 * (n + n_more), sizeof *more.position);
+        more.triangle = loxo_allocate(test_context, 3 * (soup.n_faces + 2 * n_more), sizeof *more.triangle);
+        memcpy(more.position, soup.position, (size_t)(3 * n) * sizeof *more.position);
+        memcpy(more.triangle, soup.triangle, (size_t)(3 * soup.n_faces) * sizeof *more.triangle);
+        for (int64_t k = 0; k < n_more; ++k) {
+            const uint64_t hash = loxo_random_u64((uint64_t)round, (uint64_t)k);
+            put_into_face(&more, (int64_t)(hash % (uint64_t)more.n_faces), weight[(hash >> 40) % 4]);
+        }
+        surface s = surface_from_soup(test_context, soup, LOXO_ORDER_AUTO);
+        surface t = surface_from_soup(test_context, more, LOXO_ORDER_AUTO);
+        double *a = surface_numbers(&s), *b = surface_numbers(&t), worst = 0.0;
+        const loxo_index source = (loxo_index)((round * 37) % n);
+        CHECK_OK(loxo_geodesic_distance(test_context, s.mesh, &settings, &source, 1, a, NULL));
+        CHECK_OK(loxo_geodesic_distance(test_context, t.mesh, &settings, &source, 1, b, NULL));
+        for (int64_t v = 0; v < n; ++v)
+            if (a[v] > 0.0) worst = fmax(worst, fabs(a[v] - b[v]) / a[v]);
+        if (worst > 1e-13)
+            print_error("round %d, %s: %.3g\n", round, loxo_shape_name(shapes[round % N_SHAPES].shape), worst);
+        CHECK(worst <= 1e-13);
+        check_ways(&t, &settings, source, &n_ways, &n_lost);
+        loxo_release(test_context, a);
+        loxo_release(test_context, b);
+        surface_destroy(&s);
+        surface_destroy(&t);
+    }
+    print_message("%lld of %lld ways are given up\n", (long long)n_lost, (long long)n_ways);
+    CHECK(n_lost * 200 < n_ways);
 }
 
 /* The faces of the intrinsic Delaunay triangulation are others, and known by rounded lengths: the surface is off by their

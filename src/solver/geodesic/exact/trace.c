@@ -11,6 +11,8 @@
 #define FOUND_WITHIN 1e-7
 /* A piece passes through a vertex when the way by it is longer by no more, relative. */
 #define PASSES_WITHIN 1e-13
+/* The line to the origin passes beside an edge by no more, in lengths of the edge; the way is then bent at its end. */
+#define MISSES_BY 1e-6
 
 typedef struct spot {
     double x, y;
@@ -47,13 +49,19 @@ static inline spot on_line(spot a, spot b, double length, double along, double u
     return (spot){a.x + along * ux - up * uy, a.y + along * uy + up * ux};
 }
 
-/* Where the segment from p to q crosses that from a to b, 0 to 1 along the latter. */
+/* Where the segment from p to q crosses that from a to b, 0 to 1 along the latter when it does; of one without length, or along the
+ * latter, where p is. */
 static double crossing(spot p, spot q, spot a, spot b)
 {
-    const spot pq = spot_sub(q, p);
+    const spot pq = spot_sub(q, p), ab = spot_sub(b, a), ap = spot_sub(p, a);
     const double from = spot_cross(pq, spot_sub(a, p)), to = spot_cross(pq, spot_sub(b, p));
-    const double t = from - to != 0.0 ? from / (from - to) : 0.5;
-    return t < 0.0 ? 0.0 : t > 1.0 ? 1.0 : t;
+    const double square = ab.x * ab.x + ab.y * ab.y;
+    double t = 0.0;
+    if (from != to)
+        t = from / (from - to);
+    else if (square > 0.0)
+        t = (ap.x * ab.x + ap.y * ab.y) / square;
+    return t;
 }
 
 /* A half-edge that a piece crosses, in the plane; the piece's end lies above it, in its face. */
@@ -69,8 +77,12 @@ static gate next_gate(const exact_state *s, gate g, spot from, spot aim)
     const loxo_index twin = s->m.halfedge_twin[g.h];
     const k_layout face = k_layout_at(&s->m, twin, length);
     const spot apex = on_line(g.b, g.a, length[0], face.x2, face.y2);
-    /* twin runs from b to a, its next from a to the apex. An apex on the left is passed on its right, where a is. */
-    if (spot_cross(spot_sub(aim, from), spot_sub(apex, from)) > 0.0) return (gate){k_next(twin), g.a, apex};
+    /* twin runs from b to a, its next from a to the apex. An apex on the left is passed on its right, where a is. Nothing goes
+     * through an edge without length. */
+    const double none = FOUND_WITHIN * FOUND_WITHIN * length[0];
+    const bool is_at_a = length[1] <= none, is_at_b = length[2] <= none;
+    const bool is_left = spot_cross(spot_sub(aim, from), spot_sub(apex, from)) > 0.0;
+    if ((is_left && !is_at_a) || is_at_b) return (gate){k_next(twin), g.a, apex};
     return (gate){k_previous(twin), apex, g.b};
 }
 
@@ -98,6 +110,26 @@ static bool is_seed_here(const exact_state *s, const geodesic_seed *seed, gate g
     exact_place(seed, g.h, &face, length[0], &along, &up);
     *at = on_line(g.a, g.b, length[0], along, up);
     return spot_norm(spot_sub(*at, aim)) <= FOUND_WITHIN * (total + length[0]);
+}
+
+/* Where vertices lie on each other, a piece may start at one and leave by the other: by which end of the first gate? -1: by
+ * none. */
+static loxo_index way_around(const exact_state *s, loxo_index vertex, gate g, spot from, double here, spot *at)
+{
+    const loxo_index end[2] = {s->m.halfedge_vertex[g.h], k_head(&s->m, g.h)};
+    for (int i = 0; i < 2; ++i) {
+        *at = i == 0 ? g.a : g.b;
+        if (end[i] == vertex || s->reach[end[i]].origin == vertex) continue;
+        if (s->distance[end[i]] + spot_norm(spot_sub(*at, from)) <= here + PASSES_WITHIN * here) return end[i];
+    }
+    return -1;
+}
+
+static loxo_status lost(const exact_state *s, loxo_index vertex)
+{
+    const loxo_place place = {.byte = -1, .element = vertex};
+    return loxo_fail_at(s->ctx, LOXO_ERR_NUMERIC, place, "geodesic: the way back from vertex %" PRId64 " is lost",
+                        (int64_t)vertex);
 }
 
 /* One straight piece, from a vertex, or the goal (-1) at `from` in the frame of reach.via, a distance `here`, to where it
@@ -137,15 +169,18 @@ static loxo_status follow(const exact_state *s, loxo_index *vertex, exact_reach 
             break;
         }
         if (m->halfedge_twin[g.h] < 0 || n_gates > 3 * m->n_faces) {
-            const loxo_place place = {.byte = -1, .element = *vertex};
-            return loxo_fail_at(s->ctx, LOXO_ERR_NUMERIC, place,
-                                "geodesic: the way back from vertex %" PRId64 " is lost", (int64_t)*vertex);
+            end.vertex = way_around(s, *vertex, first, from, here, &at);
+            if (end.vertex < 0 || way->n > 6 * m->n_faces) return lost(s, *vertex);
+            n_gates = 0;
+            break;
         }
         g = next_gate(s, g, from, aim);
     }
     g = first;
     for (int64_t i = 0; i < n_gates; ++i) {
-        const loxo_status status = add_stop(s->ctx, way, (exact_stop){-1, g.h, -1, crossing(from, at, g.a, g.b)});
+        const double t = crossing(from, at, g.a, g.b);
+        if (!(t >= -MISSES_BY && t <= 1.0 + MISSES_BY)) return lost(s, *vertex);
+        const loxo_status status = add_stop(s->ctx, way, (exact_stop){-1, g.h, -1, t < 0.0 ? 0.0 : t > 1.0 ? 1.0 : t});
         if (status < 0) return status;
         g = next_gate(s, g, from, aim);
     }
