@@ -216,6 +216,39 @@ static loxo_status write_files(cli_run *run, const geodesic_state *s, const outp
     return status;
 }
 
+/* Whether mesh, an intrinsic triangulation of it and the solve fit together. */
+static bool intrinsic_fits(const cli_run *run, const geodesic_state *s, const loxo_mesh *mesh)
+{
+    const loxo_memory memory = loxo_context_memory(run->ctx);
+    const int64_t n = loxo_mesh_n_vertices(mesh), n_faces = loxo_mesh_n_faces(mesh);
+    size_t held = 0, peak = 0, workspace = 0;
+    loxo_mesh_estimate_intrinsic(n, n_faces, &s->intrinsic, &held, &peak);
+    if (loxo_geodesic_estimate(run->ctx, n, n_faces, &s->geodesic, &workspace, NULL) < 0) return false;
+    const size_t solve = held + workspace + sizeof(double) * (size_t)n;
+    return memory.current_bytes + (peak > solve ? peak : solve) <= memory.limit_bytes;
+}
+
+/* The method of --method auto, and whether it wants an intrinsic triangulation; says why. */
+static loxo_status choose_method(cli_run *run, geodesic_state *s, const loxo_mesh *mesh, bool *is_intrinsic)
+{
+    loxo_geodesic_choice choice;
+    if (s->geodesic.method != LOXO_GEODESIC_AUTO) return LOXO_OK;
+    const loxo_status status = loxo_geodesic_choose(run->ctx, mesh, &choice);
+    if (status < 0) return status;
+    const bool fits = !choice.intrinsic || intrinsic_fits(run, s, mesh);
+    const char *name = loxo_geodesic_method_name(choice.method);
+    s->geodesic.method = choice.method;
+    *is_intrinsic = *is_intrinsic || (choice.intrinsic && fits);
+    report_row(&run->report, "method", "%s%s: %s%s", name, *is_intrinsic ? ", intrinsic" : "", choice.reason,
+               fits ? "" : ", but does not fit into memory");
+    json_t *json = json_put_object(run->report.json, "choice");
+    json_put_text(json, "method", name);
+    json_put_bool(json, "intrinsic", *is_intrinsic);
+    json_put_number(json, "share_nondelaunay", choice.share_nondelaunay);
+    json_put_text(json, "reason", choice.reason);
+    return LOXO_OK;
+}
+
 static loxo_status geodesic_main(cli_run *run, void *state)
 {
     geodesic_state *s = state;
@@ -240,9 +273,9 @@ static loxo_status geodesic_main(cli_run *run, void *state)
     if ((status = cli_sources_read(run, &sources)) < 0) goto done;
     if ((status = make_mesh(run, s, &soup, &mesh)) < 0) goto done;
     if ((status = cli_sources_locate(run, mesh, &sources)) < 0) goto done;
-    if (cli_args_has(&run->args, "intrinsic") &&
-        (status = cli_make_intrinsic(run, mesh, &s->intrinsic, &intrinsic)) < 0)
-        goto done;
+    bool is_intrinsic = cli_args_has(&run->args, "intrinsic");
+    if ((status = choose_method(run, s, mesh, &is_intrinsic)) < 0) goto done;
+    if (is_intrinsic && (status = cli_make_intrinsic(run, mesh, &s->intrinsic, &intrinsic)) < 0) goto done;
     status = LOXO_ERR_MEMORY;
     if ((distance = loxo_allocate(run->ctx, loxo_mesh_n_vertices(mesh), sizeof *distance)) == NULL) goto done;
     status = solve(run, s, intrinsic != NULL ? intrinsic : mesh, mesh, &sources, distance, &outs.queries);

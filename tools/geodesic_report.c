@@ -57,6 +57,7 @@ void cli_report_mesh(cli_run *run, const loxo_mesh_info *info, const loxo_mesh_v
 
 static void put_info(json_t *json, const loxo_geodesic_info *i)
 {
+    json_put_text(json, "method", loxo_geodesic_method_name(i->method));
     json_put_text(json, "stop_reason", stop_name(i->stop_reason));
     json_put_integer(json, "n_iterations", i->n_iterations);
     json_put_integer(json, "n_evaluations", i->n_evaluations);

@@ -22,7 +22,8 @@ typedef struct loxo_geodesic loxo_geodesic;
     X(EXACT, exact, "polyhedral distances to rounding, by windows; memory grows with the front")                       \
     X(FAST, fast, "a front of rays that moves outward once; an order more accurate than heat, and faster")             \
     X(HEAT, heat, "the heat method of Crane et al.: heat, directions, a Poisson equation")                             \
-    X(VARIATIONAL, variational, "the same, then less of the integral of (|grad d| - 1)^2 by ADMM")
+    X(VARIATIONAL, variational, "the same, then less of the integral of (|grad d| - 1)^2 by ADMM")                     \
+    X(AUTO, auto, "exact on small meshes, else fast")
 
 typedef enum loxo_geodesic_method {
 #define LOXO_GEODESIC_METHOD_ROW(NAME, name, help) LOXO_GEODESIC_##NAME,
@@ -100,9 +101,10 @@ typedef struct loxo_geodesic_info {
     size_t workspace_bytes;
     size_t peak_bytes; /* of the context, the mesh included */
     /* geodesics */
-    double time;             /* of the diffusion, t = m h^2 */
-    double mean_edge_length; /* h */
-    int64_t n_sources;       /* after repeats were merged */
+    loxo_geodesic_method method; /* the one that solved; never LOXO_GEODESIC_AUTO */
+    double time;                 /* of the diffusion, t = m h^2 */
+    double mean_edge_length;     /* h */
+    int64_t n_sources;           /* after repeats were merged */
     int64_t n_levels;
     int64_t max_window;       /* most levels in the window at once */
     bool diffusion_converged; /* of marching; false for sweeps and for a given heat, which nothing tests */
@@ -129,6 +131,17 @@ typedef struct loxo_geodesic_info {
     double distance_max;
     bool check_passed;
 } loxo_geodesic_info;
+
+/* What LOXO_GEODESIC_AUTO does on a mesh, and why. */
+typedef struct loxo_geodesic_choice {
+    loxo_geodesic_method method;
+    bool intrinsic; /* a triangulation by loxo_mesh_create_intrinsic is worth its making: the caller's business */
+    double share_nondelaunay; /* of the inner edges, on a sample of the faces: opposite angles add up to more than pi */
+    const char *reason;       /* one line, static storage */
+} loxo_geodesic_choice;
+
+/* LOXO_OK, LOXO_ERR_ARGUMENT. Looks at 100,000 faces at most. */
+LOXO_API loxo_status loxo_geodesic_choose(loxo_context *ctx, const loxo_mesh *mesh, loxo_geodesic_choice *choice);
 
 /* Prepares solves on a mesh, for any number of source sets. The mesh must outlive it.
  *   settings   copied; NULL: the defaults

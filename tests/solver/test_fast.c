@@ -350,3 +350,41 @@ TEST(stops)
         loxo_context_destroy(ctx);
     }
 }
+
+TEST(auto_chooses_by_size_and_shape)
+{
+    static const struct {
+        loxo_shape shape;
+        int64_t n_vertices;
+        loxo_geodesic_method method;
+    } cases[] = {{LOXO_SHAPE_ICOSPHERE, 3000, LOXO_GEODESIC_EXACT}, {LOXO_SHAPE_ICOSPHERE, 25000, LOXO_GEODESIC_FAST}};
+    NEEDS_IDS(160000);
+    for (int i = 0; i < 2; ++i) {
+        surface s = surface_make(test_context, cases[i].shape, cases[i].n_vertices, NAN);
+        double *distance = surface_numbers(&s);
+        loxo_geodesic_info info;
+        loxo_geodesic_choice choice;
+        const loxo_geodesic_settings settings = settings_of(LOXO_GEODESIC_AUTO), same = settings_of(cases[i].method);
+        size_t bytes = 0, same_bytes = 1;
+        CHECK_OK(loxo_geodesic_choose(test_context, s.mesh, &choice));
+        CHECK_EQUAL(choice.method, cases[i].method);
+        CHECK(!choice.intrinsic && choice.share_nondelaunay < 0.08 && strlen(choice.reason) > 10);
+        CHECK_OK(loxo_geodesic_distance(test_context, s.mesh, &settings, (const loxo_index[]){0}, 1, distance, &info));
+        CHECK_EQUAL(info.method, cases[i].method);
+        CHECK_OK(loxo_geodesic_estimate(test_context, s.soup.n_vertices, s.soup.n_faces, &settings, &bytes, NULL));
+        CHECK_OK(loxo_geodesic_estimate(test_context, s.soup.n_vertices, s.soup.n_faces, &same, &same_bytes, NULL));
+        CHECK_EQUAL(bytes, same_bytes);
+        loxo_release(test_context, distance);
+        surface_destroy(&s);
+    }
+    CHECK_STATUS(test_context, loxo_geodesic_choose(test_context, NULL, NULL), LOXO_ERR_ARGUMENT);
+    /* uneven triangles, stretched */
+    loxo_soup soup = soup_make(test_context, LOXO_SHAPE_NOISY, 25000, 0.3);
+    for (int64_t v = 0; v < soup.n_vertices; ++v)
+        soup.position[3 * v] *= 5.0;
+    surface s = surface_from_soup(test_context, soup, LOXO_ORDER_AUTO);
+    loxo_geodesic_choice choice;
+    CHECK_OK(loxo_geodesic_choose(test_context, s.mesh, &choice));
+    CHECK(choice.intrinsic && choice.share_nondelaunay > 0.08);
+    surface_destroy(&s);
+}

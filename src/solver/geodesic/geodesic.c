@@ -11,6 +11,9 @@
 #include <inttypes.h>
 #include <math.h>
 
+/* Stands in the table only: create and estimate put the method that they choose in its place. */
+const geodesic_engine geodesic_engine_auto = {.bytes = NULL};
+
 #define ENGINE(NAME, name, help) &geodesic_engine_##name,
 static const geodesic_engine *const engines[] = {LOXO_GEODESIC_METHOD_LIST(ENGINE)};
 
@@ -59,7 +62,7 @@ static loxo_status measure_mesh(geodesic_problem *problem)
 loxo_status loxo_geodesic_create(loxo_context *ctx, const loxo_mesh *mesh, const loxo_geodesic_settings *settings,
                                  loxo_geodesic **out)
 {
-    const loxo_geodesic_settings chosen = settings != NULL ? *settings : loxo_geodesic_settings_default();
+    loxo_geodesic_settings chosen = settings != NULL ? *settings : loxo_geodesic_settings_default();
     const double start_s = loxo_os_clock_s();
     loxo_geodesic *g = NULL;
     if (out == NULL || ctx == NULL) return LOXO_ERR_ARGUMENT;
@@ -69,6 +72,7 @@ loxo_status loxo_geodesic_create(loxo_context *ctx, const loxo_mesh *mesh, const
     if (status < 0) return status;
     if (loxo_mesh_n_faces(mesh) == 0) return loxo_fail(ctx, LOXO_ERR_MESH, "geodesic: the mesh has no faces");
 
+    if (chosen.method == LOXO_GEODESIC_AUTO) chosen.method = geodesic_method_for(loxo_mesh_get_view(mesh).n_vertices);
     g = loxo_allocate(ctx, 1, sizeof *g);
     if (g == NULL) return LOXO_ERR_MEMORY;
     *g = (loxo_geodesic){.engine = engines[chosen.method]};
@@ -167,6 +171,7 @@ static loxo_status solve(loxo_geodesic *g, const geodesic_seed *seeds, int64_t n
     g->is_solved = true;
     info->workspace_bytes += own_bytes(&problem->settings, g->engine, problem->m.n_vertices);
     info->peak_bytes = loxo_context_memory(problem->ctx).peak_bytes;
+    info->method = problem->settings.method;
     info->mean_edge_length = problem->mean_edge_length;
     info->n_sources = n_seeds;
     return judge(g, of_method, info);
@@ -317,6 +322,7 @@ loxo_status loxo_geodesic_estimate(loxo_context *ctx, int64_t n_vertices, int64_
         return loxo_fail(ctx, LOXO_ERR_LIMIT, "geodesic: more vertices or half-edges than ids");
     const loxo_status status = loxo_options_check(ctx, "geodesic", loxo_geodesic_options, &problem.settings);
     if (status < 0) return status;
+    if (problem.settings.method == LOXO_GEODESIC_AUTO) problem.settings.method = geodesic_method_for(n_vertices);
     const geodesic_engine *engine = engines[problem.settings.method];
     problem.m.n_vertices = n_vertices;
     problem.m.n_faces = n_faces;
