@@ -200,3 +200,49 @@ TEST(each_allocation_fails)
     CHECK(test_each_allocation_fails(run_series, &s) > 20);
     surface_destroy(&s);
 }
+
+static uint64_t hash_with(const loxo_soup *soup, int n_threads)
+{
+    loxo_context *ctx = test_context_with_threads(n_threads);
+    const loxo_mesh_arrays arrays = loxo_soup_arrays(soup);
+    const loxo_geodesic_settings settings = unjudged_settings(LOXO_GEODESIC_EDGE);
+    const loxo_surface_point points[3] = {
+        {{0, -1, -1}, {1.0, 0.0, 0.0}},
+        {{soup->triangle[30], soup->triangle[31], soup->triangle[32]}, {0.2, 0.3, 0.5}},
+        {{70, -1, -1}, {1.0, 0.0, 0.0}}};
+    loxo_mesh *mesh = NULL;
+    loxo_geodesic *g = NULL;
+    loxo_polylines lines;
+    loxo_index point[12];
+    double radius[12], matrix[9], *distance = loxo_allocate(ctx, soup->n_vertices, sizeof *distance);
+    CHECK_STATUS(ctx, loxo_mesh_create(ctx, &arrays, LOXO_BORROW, NULL, NULL, &mesh), LOXO_OK);
+    CHECK_STATUS(ctx, loxo_geodesic_create(ctx, mesh, &settings, &g), LOXO_OK);
+    CHECK_STATUS(ctx, loxo_geodesic_farthest_points(g, (const loxo_index[]){9}, 1, 12, point, radius, NULL), LOXO_OK);
+    CHECK_STATUS(ctx, loxo_geodesic_matrix(g, points, 3, matrix), LOXO_OK);
+    uint64_t hash =
+        test_hash(point, sizeof point) ^ test_hash(radius, sizeof radius) ^ test_hash(matrix, sizeof matrix);
+    CHECK_STATUS(ctx, loxo_geodesic_solve_points(g, &points[1], 1, distance, NULL), LOXO_OK);
+    CHECK_STATUS(ctx, loxo_geodesic_paths(g, points, 3, &lines), LOXO_OK);
+    hash ^= test_hash(lines.position, (size_t)lines.n_points * sizeof *lines.position);
+    loxo_polylines_destroy(ctx, &lines);
+    const double level = 0.5;
+    CHECK_STATUS(ctx, loxo_isolines(ctx, mesh, distance, &level, 1, &lines), LOXO_OK);
+    hash ^= test_hash(lines.position, (size_t)lines.n_points * sizeof *lines.position);
+    loxo_polylines_destroy(ctx, &lines);
+    loxo_release(ctx, distance);
+    loxo_geodesic_destroy(g);
+    loxo_mesh_destroy(mesh);
+    loxo_context_destroy(ctx);
+    return hash;
+}
+
+TEST(same_bits_for_any_number_of_threads)
+{
+    NEEDS_IDS(6 * 20000);
+    loxo_soup soup = soup_make(test_context, LOXO_SHAPE_BUMPY, 20000, NAN);
+    const uint64_t hash = hash_with(&soup, 1);
+    CHECK(hash_with(&soup, 2) == hash);
+    CHECK(hash_with(&soup, 3) == hash);
+    CHECK(hash_with(&soup, 7) == hash);
+    loxo_soup_destroy(test_context, &soup);
+}

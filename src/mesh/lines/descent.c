@@ -466,7 +466,7 @@ loxo_status line_descend(line_descent *d, const line_goal *from, line_builder *b
 {
     const int64_t most_steps = 4 * d->m->n_faces + 64;
     place now = place_of(d, from);
-    held_goal goal;
+    held_goal goal = {.face = NO_FACE};
     bool is_any_good = false; /* nothing goes down, or did one step ago: any goal of the face */
     loxo_status status = add_place(d, builder, &now);
     if (!isfinite(now.value))

@@ -95,13 +95,40 @@ static void hear_told(const labelling *l, answers *a, loxo_index v)
         hear(a, l->told[low].source, l->told[low].distance);
 }
 
+/* The one source that all labelled neighbours know, and no other; UNKNOWN: there are several or none. Most vertices are
+ * inside a cell and need no more. */
+static loxo_index only_label(const labelling *l, loxo_index v)
+{
+    const loxo_mesh_view *m = &l->problem->m;
+    const loxo_index start = m->vertex_halfedge[v];
+    loxo_index only = UNKNOWN;
+    for (loxo_index h = start; h >= 0;) {
+        const loxo_index corner[2] = {k_head(m, h), m->halfedge_vertex[k_previous(h)]};
+        for (int k = 0; k < 2; ++k) {
+            const loxo_index nearest = l->nearest[corner[k]];
+            if (nearest < 0) continue;
+            if ((only >= 0 && nearest != only) || l->second[corner[k]].source >= 0) return UNKNOWN;
+            only = nearest;
+        }
+        h = m->halfedge_twin[k_previous(h)];
+        if (h == start) break;
+    }
+    return only;
+}
+
 /* The label of v from its neighbours' and from what it was told before. */
 static void label(labelling *l, loxo_index v)
 {
     const loxo_mesh_view *m = &l->problem->m;
     const loxo_index start = m->vertex_halfedge[v];
+    const loxo_index only = l->nearest[v] == TOLD ? UNKNOWN : only_label(l, v);
     answers a = {.n = 0};
     double longest = 0.0;
+    if (only >= 0) {
+        l->nearest[v] = only;
+        l->second[v] = (second_label){-1, 0.0f};
+        return;
+    }
     if (l->nearest[v] == TOLD) hear_told(l, &a, v);
     for (loxo_index h = start; h >= 0;) {
         const loxo_index next = k_next(h), before = k_previous(h);

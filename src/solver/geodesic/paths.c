@@ -112,7 +112,7 @@ loxo_status loxo_geodesic_paths(loxo_geodesic *geodesic, const loxo_surface_poin
     if (!g->is_solved) return loxo_fail(g->problem.ctx, LOXO_ERR_ARGUMENT, "geodesic: no ways before the first solve");
     if (targets == NULL || n_targets < 1)
         return loxo_fail(g->problem.ctx, LOXO_ERR_ARGUMENT, "geodesic: there is no target");
-    if (!is_known && g->problem.m.halfedge_length != NULL)
+    if (g->problem.m.halfedge_length != NULL) /* its edges are not straight between their ends */
         return loxo_fail(g->problem.ctx, LOXO_ERR_UNSUPPORTED,
                          "geodesic: ways on an intrinsic triangulation: trace them on its surface");
     return find_paths(&p, g->seeds, g->n_seeds, targets, n_targets, lines);
