@@ -89,6 +89,7 @@ TEST(errors_on_generated_surfaces)
         {LOXO_SHAPE_GENUS, 3.0, 2e-3},     {LOXO_SHAPE_BRAIN, NAN, 3e-3},     {LOXO_SHAPE_NOISY, 0.2, 3e-3},
         {LOXO_SHAPE_BUMPY, NAN, 1e-2}, /* 20,000 vertices are far too few for these bumps */
     };
+    NEEDS_IDS(60000);
     for (size_t i = 0; i < sizeof cases / sizeof *cases; ++i) {
         surface s = surface_make(test_context, cases[i].shape, 8000, cases[i].param);
         const loxo_index sources[] = {17, (loxo_index)(s.soup.n_vertices / 2), (loxo_index)(s.soup.n_vertices - 5)};
@@ -200,6 +201,7 @@ TEST(vertices_of_many_faces)
 /* Inside a limit every bit is that of a solve without one, and what it leaves behind does not show in the next. */
 TEST(limits)
 {
+    NEEDS_IDS(60000);
     surface s = surface_make(test_context, LOXO_SHAPE_BUMPY, 8000, NAN);
     loxo_geodesic_settings settings = settings_of(LOXO_GEODESIC_FAST);
     const int64_t n = s.soup.n_vertices;
