@@ -8,41 +8,51 @@
 
 #include <string.h>
 
-#define CHUNK_ROWS 2048 /* at least, of a pass */
-#define NS_A_ROW   5.0  /* of a short pass: a thread is of no use when its share of one is not worth its waking */
+#define CHUNK_ROWS     2048 /* at least, of a pass */
+#define GROUPS_A_CHUNK 256
+#define NS_A_ROW       5.0 /* of a short pass: a thread is of no use when its share of one is not worth its waking */
 
-/* The levels from `at` on, as an approximate inverse: x from b. With step NULL only counts. A level that is visited twice
+static void add(mg_step *list, int64_t *n, mg_step step)
+{
+    if (list != NULL) list[*n] = step;
+    ++*n;
+}
+
+/* The levels from `at` on, as an approximate inverse: x from b. With list NULL only counts. A level that is visited twice
  * is solved the second time for what the first left: x = B b + B (b - A B b), as symmetric as B. */
-static int64_t plan(const loxo_multigrid *mg, int at, const double *b, double *x, mg_step *step)
+static int64_t plan(const loxo_multigrid *mg, int at, const double *b, double *x, mg_step *list)
 {
     const mg_level *l = &mg->level[at], *next = l + 1;
-    const bool is_last = at + 1 == mg->n_levels;
-    mg_step unused[3], *s = step != NULL ? step : unused;
+    const bool is_last = at + 1 == mg->n_levels, is_twice = at + 2 < mg->n_levels && next->x_more != NULL;
     int64_t n = 0;
     if (is_last && mg->dense != NULL) {
-        s[0] = (mg_step){MG_SOLVE, l, b, NULL, x};
-        return 1;
+        add(list, &n, (mg_step){MG_SOLVE, l, b, NULL, x});
+        return n;
     }
-    s[0] = (mg_step){MG_FORWARD, l, b, NULL, is_last ? l->y : x};
+    add(list, &n, (mg_step){MG_FORWARD, l, b, NULL, is_last ? l->y : x});
     if (is_last) {
-        s[1] = (mg_step){MG_BACKWARD, l, b, l->y, x};
-        return 2;
+        add(list, &n, (mg_step){MG_BACKWARD, l, b, l->y, x});
+        return n;
     }
-    s[1] = (mg_step){MG_RESIDUAL, l, b, x, l->y};
-    s[2] = (mg_step){MG_RESTRICT, l, NULL, l->y, next->b};
-    n = 3 + plan(mg, at + 1, next->b, next->x, step != NULL ? step + 3 : NULL);
-    if (next->x_more != NULL && at + 2 < mg->n_levels) {
-        if (step != NULL) step[n] = (mg_step){MG_RESIDUAL, next, next->b, next->x, next->b_more};
-        ++n;
-        n += plan(mg, at + 1, next->b_more, next->x_more, step != NULL ? step + n : NULL);
-        if (step != NULL) step[n] = (mg_step){MG_ADD, next, NULL, next->x_more, next->x};
-        ++n;
+    if (l->stiff.n_groups > 0) {
+        add(list, &n, (mg_step){MG_FIND, l, b, x, NULL});
+        add(list, &n, (mg_step){MG_TAKE, l, NULL, NULL, x});
     }
-    if (step != NULL) {
-        step[n] = (mg_step){MG_PROLONG, l, next->x, x, l->y};
-        step[n + 1] = (mg_step){MG_BACKWARD, l, b, l->y, x};
+    add(list, &n, (mg_step){MG_RESIDUAL, l, b, x, l->y});
+    add(list, &n, (mg_step){MG_RESTRICT, l, NULL, l->y, next->b});
+    n += plan(mg, at + 1, next->b, next->x, list != NULL ? list + n : NULL);
+    if (is_twice) {
+        add(list, &n, (mg_step){MG_RESIDUAL, next, next->b, next->x, next->b_more});
+        n += plan(mg, at + 1, next->b_more, next->x_more, list != NULL ? list + n : NULL);
+        add(list, &n, (mg_step){MG_ADD, next, NULL, next->x_more, next->x});
     }
-    return n + 2;
+    add(list, &n, (mg_step){MG_PROLONG, l, next->x, x, l->y});
+    if (l->stiff.n_groups > 0) {
+        add(list, &n, (mg_step){MG_FIND, l, b, l->y, NULL});
+        add(list, &n, (mg_step){MG_TAKE, l, NULL, NULL, l->y});
+    }
+    add(list, &n, (mg_step){MG_BACKWARD, l, b, l->y, x});
+    return n;
 }
 
 loxo_status mg_plan_cycle(loxo_multigrid *mg)
@@ -80,6 +90,10 @@ static int64_t advance(void *arg)
     run->step = resolve(run, run->mg->step[run->at]);
     const mg_level *l = run->step.level;
     if (run->step.act == MG_SOLVE) return 1;
+    run->chunk_rows = GROUPS_A_CHUNK;
+    run->n_rows = l->stiff.n_groups;
+    if (run->step.act == MG_FIND || run->step.act == MG_TAKE)
+        return (run->n_rows + GROUPS_A_CHUNK - 1) / GROUPS_A_CHUNK;
     run->n_rows = run->step.act == MG_RESTRICT ? l->down.n_rows : l->n;
     run->chunk_rows = l->block_rows > CHUNK_ROWS ? l->block_rows : CHUNK_ROWS; /* a multiple: both are powers of two */
     return (run->n_rows + run->chunk_rows - 1) / run->chunk_rows;
@@ -127,6 +141,8 @@ static void work(void *arg, int64_t chunk)
         for (int64_t i = begin; i < end; ++i)
             s->out[i] += s->in[i];
         break;
+    case MG_FIND: mg_find_steps(l, begin, end, s->b, s->in); break;
+    case MG_TAKE: mg_take_steps(l, begin, end, s->out); break;
     case MG_SOLVE:
         memcpy(s->out, s->b, (size_t)l->n * sizeof *s->out);
         loxo_dense_solve(l->n, run->mg->dense, s->out);

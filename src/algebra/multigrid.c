@@ -10,7 +10,6 @@
 
 #define N_COARSEST 200 /* variables at which a dense factor takes over */
 #define MOST_DENSE 800 /* ... and what it can take where coarsening ended early */
-#define BLOCK_ROWS 4096
 #define NS_A_ROW   12.0
 /* A pivot of the coarsest level below this share of its diagonal is that of a constant. */
 #define GROUNDED 1e-12
@@ -45,6 +44,7 @@ void loxo_multigrid_destroy(loxo_multigrid *mg)
         loxo_release(ctx, l->b);
         loxo_release(ctx, l->x_more);
         loxo_release(ctx, l->b_more);
+        mg_destroy_stiff(ctx, l);
         destroy_map(ctx, &l->up);
         destroy_map(ctx, &l->down);
     }
@@ -101,7 +101,7 @@ static loxo_status take_matrix(loxo_multigrid *mg)
  * M + M^T - A is positive definite for the smoother's M = D' + L, whatever the signs, and so is the cycle. */
 static loxo_status prepare_smoother(loxo_multigrid *mg, mg_level *l)
 {
-    l->block_rows = BLOCK_ROWS;
+    l->block_rows = MG_BLOCK_ROWS;
     while (l->block_rows > 256 && l->block_rows * 64 > l->n)
         l->block_rows /= 2;
     l->inverse = loxo_allocate(mg->ctx, l->n, sizeof *l->inverse);
@@ -131,7 +131,7 @@ static loxo_status prepare_smoother(loxo_multigrid *mg, mg_level *l)
             l->inverse[i] = bounded > 1e-6 * size ? (float)(1.0 / bounded) : 0.0f;
         }
     }
-    return LOXO_OK;
+    return mg_find_stiff(mg->ctx, l);
 }
 
 static loxo_status factor_last(loxo_multigrid *mg, loxo_multigrid_info *info)

@@ -18,14 +18,27 @@ typedef struct mg_map {
     float *value;
 } mg_map;
 
+#define MG_BLOCK_ROWS 4096 /* of the smoother, at most; a power of two */
+#define MG_MOST_STIFF 8
+
+/* Groups of variables that are corrected together, all from one residual. */
+typedef struct mg_stiff {
+    int64_t n_groups;
+    int64_t *begin;     /* [n_groups + 1] */
+    loxo_index *member; /* [begin[n_groups]] */
+    double *step;       /* [begin[n_groups]] what is added to members next */
+    double *factor;     /* of group g from begin[g] * MG_MOST_STIFF on, see dense.h */
+} mg_stiff;
+
 typedef struct mg_level {
     int64_t n, block_rows;
     /* As k_smooth_level; row and column are the caller's matrix's on level 0. */
     int64_t *row;
     loxo_index *column;
     float *weight, *excess, *inverse;
-    mg_map up, down;         /* from the next level to this one, and its transpose; none on the last */
-    double *x, *y, *b;       /* of level 0 only y: x and b are the caller's */
+    mg_map up, down;   /* from the next level to this one, and its transpose; none on the last */
+    double *x, *y, *b; /* of level 0 only y: x and b are the caller's */
+    mg_stiff stiff;
     double *x_more, *b_more; /* of levels that are visited twice a cycle */
 } mg_level;
 
@@ -38,6 +51,8 @@ typedef enum mg_act {
     MG_RESTRICT, /* out = down in; rows of the next level */
     MG_PROLONG,  /* out = in + up b, b of the next level */
     MG_ADD,      /* out += in */
+    MG_FIND,     /* steps of stiff groups from b and in */
+    MG_TAKE,     /* out changed by them */
     MG_SOLVE,    /* out from b, by the dense factor */
 } mg_act;
 
@@ -74,10 +89,15 @@ loxo_status mg_make_maps(loxo_context *ctx, mg_level *level, const loxo_index *a
 /* Rows of the next level: fine->down * fine * fine->up. */
 loxo_status mg_make_coarse(loxo_context *ctx, const mg_level *fine, mg_level *coarse);
 
+/* stiff.c: level->stiff; and, of groups begin..end-1, the steps from the residual of x, and x after them. */
+loxo_status mg_find_stiff(loxo_context *ctx, mg_level *level);
+void mg_destroy_stiff(loxo_context *ctx, mg_level *level);
+void mg_find_steps(const mg_level *level, int64_t begin, int64_t end, const double *b, const double *x);
+void mg_take_steps(const mg_level *level, int64_t begin, int64_t end, double *x);
 /* cycle.c: the list of steps. */
 loxo_status mg_plan_cycle(loxo_multigrid *mg);
 
-/* An edge between variables whose largest weights are a and b is strong when its weight is at least this share of both. */
-#define MG_STRONG 0.1f
+/* An edge is strong when its weight is at least this share of the largest weight of either end. */
+#define MG_STRONG 0.15f
 
 #endif

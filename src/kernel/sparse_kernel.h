@@ -51,17 +51,22 @@ static inline void k_smooth_forward(const k_smooth_level *m, int64_t begin, int6
     }
 }
 
+/* (b - A x)_i */
+static inline double k_residual_at(const k_smooth_level *m, int64_t i, const double *b, const double *x)
+{
+    const double own = x[i];
+    double sum = b[i] - (double)m->excess[i] * own;
+    for (int64_t k = m->row[i]; k < m->row[i + 1]; ++k)
+        sum -= (double)m->weight[k] * (own - x[m->column[k]]);
+    return sum;
+}
+
 /* r = b - A x. */
 static inline void k_smooth_residual(const k_smooth_level *m, int64_t begin, int64_t end, const double *restrict b,
                                      const double *restrict x, double *restrict r)
 {
-    for (int64_t i = begin; i < end; ++i) {
-        const double own = x[i];
-        double sum = b[i] - (double)m->excess[i] * own;
-        for (int64_t k = m->row[i]; k < m->row[i + 1]; ++k)
-            sum -= (double)m->weight[k] * (own - x[m->column[k]]);
-        r[i] = sum;
-    }
+    for (int64_t i = begin; i < end; ++i)
+        r[i] = k_residual_at(m, i, b, x);
 }
 
 /* Block begin..end-1, backward, from y: x = y + (D' + U)^-1 (b - A y) with U the upper triangle inside the block. */

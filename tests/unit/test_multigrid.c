@@ -59,8 +59,8 @@ TEST(all_shapes_converge)
         int64_t n;
         int64_t most;
     } cases[] = {{LOXO_SHAPE_LATLONG, 5000, 40}, {LOXO_SHAPE_GENUS, 5000, 25},    {LOXO_SHAPE_NOISY, 5000, 40},
-                 {LOXO_SHAPE_DISK, 5000, 25},     {LOXO_SHAPE_GRID, 5000, 25},     {LOXO_SHAPE_STRIP, 4000, 60},
-                 {LOXO_SHAPE_ANNULUS, 5000, 25},  {LOXO_SHAPE_CYLINDER, 5000, 25}, {LOXO_SHAPE_BRAIN, 5000, 40}};
+                 {LOXO_SHAPE_DISK, 5000, 25},    {LOXO_SHAPE_GRID, 5000, 25},     {LOXO_SHAPE_STRIP, 4000, 60},
+                 {LOXO_SHAPE_ANNULUS, 5000, 25}, {LOXO_SHAPE_CYLINDER, 5000, 25}, {LOXO_SHAPE_BRAIN, 5000, 40}};
     for (size_t k = 0; k < sizeof cases / sizeof cases[0]; ++k) {
         loxo_csr a = matrix_of_shape(test_context, cases[k].shape, cases[k].n, NULL);
         const int64_t steps = count_steps(&a, NULL);
@@ -73,9 +73,11 @@ TEST(all_shapes_converge)
 TEST(hard_scans_converge)
 {
     static const char *const files[] = {"meshes/surfaces/camel10k.off.gz", "meshes/surfaces/homer6k.obj.gz",
-                                        "meshes/surfaces/fandisk.obj.gz", "meshes/surfaces/bunny35k-slivers.off.gz"};
-    NEEDS_IDS(40000 * 6);
-    for (int k = 0; k < 4; ++k) {
+                                        "meshes/surfaces/fandisk.obj.gz", "meshes/surfaces/bunny35k-slivers.off.gz",
+                                        "meshes/surfaces/moai48k-slivers.ply"};
+    static const int64_t most[] = {42, 30, 20, 22, 36}; /* measured 31, 22, 13, 16, 27 */
+    NEEDS_IDS(50000 * 6);
+    for (int k = 0; k < 5; ++k) {
         loxo_soup soup = {0};
         if (test_shared(files[k]) == NULL) SKIP();
         CHECK_OK(loxo_read_mesh(test_context, test_shared(files[k]), NULL, &soup));
@@ -83,10 +85,42 @@ TEST(hard_scans_converge)
         const loxo_mesh_view m = loxo_mesh_get_view(s.mesh);
         loxo_csr a;
         CHECK_OK(loxo_laplacian_create(test_context, &m, &a, NULL));
-        CHECK(count_steps(&a, NULL) <= 60);
+        CHECK(count_steps(&a, NULL) <= most[k]);
         loxo_csr_destroy(test_context, &a);
         surface_destroy(&s);
     }
+}
+
+/* Every 40th face of a sphere gets a vertex 1e-5 of an edge off the middle of its first edge: a cap. Measured: 13 steps;
+ * relaxed one by one they took 110. */
+TEST(caps_are_relaxed_together)
+{
+    loxo_soup sphere = soup_make(test_context, LOXO_SHAPE_ICOSPHERE, 2562, NAN);
+    const int64_t n_caps = sphere.n_faces / 40;
+    loxo_soup soup = shape_empty(test_context, sphere.n_vertices + n_caps, sphere.n_faces + 2 * n_caps);
+    memcpy(soup.position, sphere.position, (size_t)(3 * sphere.n_vertices) * sizeof(double));
+    memcpy(soup.triangle, sphere.triangle, (size_t)(3 * sphere.n_faces) * sizeof(loxo_index));
+    for (int64_t i = 0; i < n_caps; ++i) {
+        loxo_index *t = soup.triangle + 3 * 40 * i, *more = soup.triangle + 3 * (sphere.n_faces + 2 * i);
+        const loxo_index p = (loxo_index)(sphere.n_vertices + i), v[3] = {t[0], t[1], t[2]};
+        const loxo_index two[6] = {v[1], v[2], p, v[2], v[0], p};
+        for (int c = 0; c < 3; ++c) {
+            const double *x = soup.position;
+            const double middle = 0.5 * (x[3 * v[0] + c] + x[3 * v[1] + c]);
+            soup.position[3 * (int64_t)p + c] = middle + 1e-5 * (x[3 * v[2] + c] - middle);
+        }
+        t[2] = p;
+        memcpy(more, two, sizeof two);
+    }
+    loxo_soup_destroy(test_context, &sphere);
+    surface s = surface_from_soup(test_context, soup, LOXO_ORDER_AUTO);
+    const loxo_mesh_view m = loxo_mesh_get_view(s.mesh);
+    loxo_csr a;
+    CHECK_OK(loxo_laplacian_create(test_context, &m, &a, NULL));
+    const int64_t steps = count_steps(&a, NULL);
+    CHECK(steps <= 18);
+    loxo_csr_destroy(test_context, &a);
+    surface_destroy(&s);
 }
 
 /* A + t C from t = h^2 / 10 to 1000 h^2, and the rim of a disk pinned. */
