@@ -124,7 +124,7 @@ static void emit_task(const fast_state *s, fast_bench *bench, int64_t *n_tasks, 
     const double d_a = s->distance[a], d_b = s->distance[b], near = d_a < d_b ? d_a : d_b, far = d_a < d_b ? d_b : d_a;
     if (s->m.halfedge_twin[base] < 0) return; /* no ray comes from beyond a boundary */
     const bool is_obtuse = a_square + b_square < base_square;
-    if ((s->flags[target] & FAST_FINAL) != 0 && s->distance[target] <= (is_obtuse ? near : far)) return;
+    if ((fast_flags(s, target) & FAST_FINAL) != 0 && s->distance[target] <= (is_obtuse ? near : far)) return;
     const float sigma_a = s->jet[a].sigma, sigma_b = s->jet[b].sigma;
     const float high = sigma_a < sigma_b ? sigma_b : sigma_a, low = sigma_a < sigma_b ? sigma_a : sigma_b;
     bench->task[(*n_tasks)++] = (fast_task){.base_square = base_square,
@@ -195,14 +195,30 @@ static void emit(const fast_state *s, fast_bench *b, loxo_index v, int64_t begin
         if (i == end) return;
         const loxo_index z = b->neighbour[i + 1], back = k_previous(h);
         const double y_square = b->spoke[i] * b->spoke[i], z_square = b->spoke[i + 1] * b->spoke[i + 1];
-        const bool y_is_final = (s->flags[y] & FAST_FINAL) != 0, z_is_final = (s->flags[z] & FAST_FINAL) != 0;
+        const bool y_is_final = (fast_flags(s, y) & FAST_FINAL) != 0, z_is_final = (fast_flags(s, z) & FAST_FINAL) != 0;
         if (y_is_final) emit_task(s, b, n_tasks, h, v, y, z, y_square, z_square, b->rim[i]);
-        if ((s->flags[z] & (FAST_FINAL | FAST_NEW)) == FAST_FINAL)
+        if ((fast_flags(s, z) & (FAST_FINAL | FAST_NEW)) == FAST_FINAL)
             emit_task(s, b, n_tasks, back, z, v, y, z_square, b->rim[i], y_square);
         if (y_is_final || z_is_final) continue;
         emit_one_end(s, b, v, i, true, n_steps);
         emit_one_end(s, b, v, i, false, n_steps);
     }
+}
+
+/* Neighbours that waited for v are to be looked at again. */
+static int64_t wake(fast_state *s, fast_bench *b, loxo_index v, int64_t begin, int64_t end, int64_t n)
+{
+    for (int64_t i = begin; i < end + (b->halfedge[end] == FAN_OPEN); ++i) {
+        const loxo_index y = b->neighbour[i];
+        if (s->awaited[y] != v || (fast_flags(s, y) & (FAST_FINAL | FAST_QUEUED)) != 0) continue;
+        if (s->n_threads > 1) {
+            if ((__atomic_fetch_or(&s->flags[y], FAST_QUEUED, __ATOMIC_RELAXED) & FAST_QUEUED) != 0) continue;
+        } else {
+            s->flags[y] |= FAST_QUEUED;
+        }
+        b->woken[n++] = y;
+    }
+    return n;
 }
 
 /* Room for n more in a list of the round, as far as it fits; the number of all is counted in any case. */
@@ -235,7 +251,7 @@ static void ask_for_fan(const fast_state *s, loxo_index v)
 void fast_expand(fast_state *s, int64_t begin, int64_t end)
 {
     fast_bench *b = &s->bench[s->n_threads > 1 ? loxo_thread_id() : 0];
-    int64_t k = 0, n_tasks = 0, n_steps = 0;
+    int64_t k = 0, n_tasks = 0, n_steps = 0, n_woken = 0;
     for (int64_t i = begin; i < end; ++i)
         ask_for_fan(s, s->fresh[i]);
     for (int64_t i = begin; i < end; ++i) {
@@ -257,7 +273,9 @@ void fast_expand(fast_state *s, int64_t begin, int64_t end)
         for (int64_t j = first; j < last; ++j)
             s->slope[b->halfedge[j]] = b->slope[j] < 1.0f ? b->slope[j] : 1.0f;
         emit(s, b, v, first, last, &n_tasks, &n_steps);
+        n_woken = wake(s, b, v, first, last, n_woken);
     }
+    fast_queue(s, b->woken, n_woken);
     const int64_t task = reserve(&s->n_tasks, n_tasks, s->task_capacity);
     if (task >= 0) memcpy(&s->task[task], b->task, (size_t)n_tasks * sizeof *b->task);
     const int64_t step = reserve(&s->n_steps, n_steps, s->step_capacity);
@@ -274,6 +292,7 @@ static void lay_out_bench(fast_bench *b, loxo_arena *a, int64_t n_spokes)
     b->cosine = loxo_arena_take(a, n_spokes, sizeof *b->cosine);
     b->sine = loxo_arena_take(a, n_spokes, sizeof *b->sine);
     b->slope = loxo_arena_take(a, n_spokes, sizeof *b->slope);
+    b->woken = loxo_arena_take(a, n_spokes, sizeof *b->woken);
     b->task = loxo_arena_take(a, FAST_TASKS_A_SPOKE * n_spokes, sizeof *b->task);
     b->step = loxo_arena_take(a, FAST_STEPS_A_SPOKE * n_spokes, sizeof *b->step);
 }

@@ -17,8 +17,9 @@ static void lay_out(fast_state *s, const loxo_mesh_view *m)
     s->jet = loxo_arena_take(a, n, sizeof *s->jet);
     s->slope = loxo_arena_take(a, 3 * m->n_faces, sizeof *s->slope);
     s->flags = loxo_arena_take(a, n, sizeof *s->flags);
-    s->front[0] = loxo_arena_take(a, n, sizeof *s->front[0]);
-    s->front[1] = loxo_arena_take(a, n, sizeof *s->front[1]);
+    s->queue[0] = loxo_arena_take(a, n, sizeof *s->queue[0]);
+    s->queue[1] = loxo_arena_take(a, n, sizeof *s->queue[1]);
+    s->awaited = loxo_arena_take(a, n, sizeof *s->awaited);
     s->fresh = loxo_arena_take(a, n, sizeof *s->fresh);
 }
 
@@ -89,6 +90,7 @@ static void forget(fast_state *s, int64_t v)
 {
     s->distance[v] = HUGE_VAL;
     s->flags[v] = 0;
+    s->awaited[v] = -1;
     if (s->nearest != NULL) s->nearest[v] = -1;
 }
 
@@ -108,7 +110,7 @@ static void clear(fast_state *s)
     }
     s->n_touched = -1;
     s->n_next = s->n_rounds = s->n_final = s->n_updates = s->bench_wanted = 0;
-    s->next_horizon = UINT64_MAX;
+    s->next_horizon = 0;
 }
 
 static int compare_indices(const void *a, const void *b)
@@ -120,7 +122,7 @@ static int compare_indices(const void *a, const void *b)
 /* Puts v into the list if it was reached and is not in it. */
 static void touch(fast_state *s, loxo_index v)
 {
-    if (s->flags[v] == 0 || (s->flags[v] & FAST_LISTED) != 0) return;
+    if (s->distance[v] == HUGE_VAL || (s->flags[v] & FAST_LISTED) != 0) return;
     s->flags[v] |= FAST_LISTED;
     s->fresh[s->n_touched++] = v;
 }

@@ -13,7 +13,7 @@
 /* A final vertex that is heard of again, earlier by so many times the last leg of its ray, goes back to the front. */
 #define FAST_GAIN 1e-3
 
-enum { FAST_IN_FRONT = 1, FAST_FINAL = 2, FAST_NEW = 4, FAST_LOCKED = 8, FAST_LISTED = 16 };
+enum { FAST_QUEUED = 1, FAST_FINAL = 2, FAST_NEW = 4, FAST_LOCKED = 8, FAST_LISTED = 16 };
 
 /* The ray that reached a vertex: it leaves the vertex into the corner of half-edge `ray`, which starts there, and crosses the
  * edge across that corner at share t from the end of `ray`. */
@@ -26,11 +26,6 @@ typedef struct fast_jet {
 } fast_jet;
 
 static inline float fast_crossing(double t) { return (float)(t <= 0.5 ? t : t < 1.0 ? t - 1.0 : -1e-30); }
-
-/* A vertex of the front, and a nearer neighbour that it was found to wait for; -1: none yet. */
-typedef struct fast_waiting {
-    loxo_index vertex, nearer;
-} fast_waiting;
 
 /* An edge between two final vertices, and through it the third vertex of the face of half-edge base. */
 typedef struct fast_task {
@@ -54,6 +49,7 @@ typedef struct fast_bench {
     loxo_index *neighbour;               /* [capacity] at its end */
     double *spoke, *rim, *cosine, *sine; /* [capacity] as k_ring_corners */
     float *slope;                        /* [capacity] */
+    loxo_index *woken;                   /* [capacity] */
     fast_task *task;                     /* [2 capacity] */
     fast_step *step;                     /* [3 capacity] */
 } fast_bench;
@@ -67,13 +63,14 @@ typedef struct fast_state {
     const k_variant *kernels;
     int n_threads;
     loxo_arena arena;
-    double *distance;       /* [n_vertices] */
-    fast_jet *jet;          /* [n_vertices] */
-    uint8_t *flags;         /* [n_vertices] */
-    float *slope;           /* [3 n_faces] of the distance along the half-edge, at its start, once that is final */
-    fast_waiting *front[2]; /* [n_vertices] reached, not final: the present round's and the next */
-    loxo_index *fresh;      /* [n_vertices] final since this round */
-    loxo_index *nearest;    /* [n_vertices] of the present solve; NULL: not wanted */
+    double *distance;     /* [n_vertices] */
+    fast_jet *jet;        /* [n_vertices] */
+    uint8_t *flags;       /* [n_vertices] */
+    float *slope;         /* [3 n_faces] of the distance along the half-edge, at its start, once that is final */
+    loxo_index *queue[2]; /* [n_vertices] reached, and to be looked at: in the present round and in the next */
+    loxo_index *awaited;  /* [n_vertices] of one that is reached but not queued: a nearer neighbour that is not final */
+    loxo_index *fresh;    /* [n_vertices] final since this round */
+    loxo_index *nearest;  /* [n_vertices] of the present solve; NULL: not wanted */
 
     /* allocations of their own, which grow where a round or a fan needs more */
     loxo_arena bench_arena;
@@ -87,8 +84,8 @@ typedef struct fast_state {
     fast_stage stage;
     bool is_begun, is_over;
     double limit;
-    int side; /* front[side] is the present one */
-    int64_t n_front, n_next, n_fresh, n_tasks, n_steps;
+    int side; /* queue[side] is the present one */
+    int64_t n_queue, n_next, n_fresh, n_tasks, n_steps;
     int64_t bench_wanted;  /* a fan, or what a piece of the round emits, did not fit */
     double horizon;        /* least distance in the front */
     uint64_t next_horizon; /* the same of the next, as bits */
@@ -102,6 +99,15 @@ typedef struct fast_state {
 loxo_status fast_run(fast_state *s, double limit);
 /* Puts a vertex into the front: a source, or a corner of the face that one is in. */
 void fast_seed(fast_state *s, loxo_index v, double distance, const fast_jet *jet, loxo_index source);
+
+/* Puts vertices that were marked so into the queue of the next round. */
+void fast_queue(fast_state *s, const loxo_index *vertex, int64_t n);
+
+/* Read while other threads may set bits that are not asked for. */
+static inline unsigned fast_flags(const fast_state *s, loxo_index v)
+{
+    return __atomic_load_n(&s->flags[v], __ATOMIC_RELAXED);
+}
 
 /* expand.c: the vertices of fresh[begin..end-1]: their slopes, and what they emit. */
 void fast_expand(fast_state *s, int64_t begin, int64_t end);

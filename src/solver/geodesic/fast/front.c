@@ -31,28 +31,18 @@ static void lower(uint64_t *least, uint64_t bits)
     }
 }
 
-/* What a chunk puts into the next front. */
-typedef struct fast_batch {
-    fast_waiting entry[SELECT_CHUNK];
-    int64_t n;
-    uint64_t least;
-} fast_batch;
-
-static void put_batch(fast_state *s, const fast_batch *batch)
+void fast_queue(fast_state *s, const loxo_index *vertex, int64_t n)
 {
-    if (batch->n > 0) {
-        const int64_t begin = __atomic_fetch_add(&s->n_next, batch->n, __ATOMIC_RELAXED);
-        memcpy(&s->front[1 - s->side][begin], batch->entry, (size_t)batch->n * sizeof *batch->entry);
-    }
-    lower(&s->next_horizon, batch->least);
+    if (n == 0) return;
+    const int64_t begin = __atomic_fetch_add(&s->n_next, n, __ATOMIC_RELAXED);
+    memcpy(&s->queue[1 - s->side][begin], vertex, (size_t)n * sizeof *vertex);
 }
 
 /* Whether v has to wait for y. What becomes final in this very round counts as not final: so it does not matter which of the
  * two is looked at first. */
 static bool is_nearer(const fast_state *s, loxo_index y, double d)
 {
-    const unsigned flags = __atomic_load_n(&s->flags[y], __ATOMIC_RELAXED);
-    return s->distance[y] < d && (flags & (FAST_FINAL | FAST_NEW)) != FAST_FINAL;
+    return s->distance[y] < d && (fast_flags(s, y) & (FAST_FINAL | FAST_NEW)) != FAST_FINAL;
 }
 
 /* A neighbour that v has to wait for, -1: none. */
@@ -71,30 +61,40 @@ static loxo_index find_nearer(const fast_state *s, loxo_index v, double d)
     return -1;
 }
 
-/* Takes the final ones out of the front. */
+/* Of those in the queue, the ones that have a nearer neighbour leave it until that is final; the others are where the front
+ * is least around, and become final if the horizon is not too far behind. */
 static void select_chunk(fast_state *s, int64_t begin, int64_t end)
 {
-    loxo_index fresh[SELECT_CHUNK];
-    fast_batch batch = {.n = 0, .least = UINT64_MAX};
-    int64_t n_fresh = 0;
+    loxo_index fresh[SELECT_CHUNK], kept[SELECT_CHUNK];
+    int64_t n_fresh = 0, n_kept = 0;
+    uint64_t least = UINT64_MAX;
     for (int64_t i = begin; i < end; ++i) {
-        fast_waiting w = s->front[s->side][i];
-        const double d = s->distance[w.vertex];
-        bool waits = w.nearer >= 0 && is_nearer(s, w.nearer, d);
-        if (!waits) waits = !(d <= s->horizon + FAST_WIDTH * (double)s->jet[w.vertex].length);
-        if (!waits) waits = (w.nearer = find_nearer(s, w.vertex, d)) >= 0;
-        if (waits) {
-            batch.entry[batch.n++] = w;
-            if (bits_of(d) < batch.least) batch.least = bits_of(d);
-        } else {
-            fresh[n_fresh++] = w.vertex;
-            __atomic_store_n(&s->flags[w.vertex], FAST_FINAL | FAST_NEW, __ATOMIC_RELAXED);
+        const loxo_index v = s->queue[s->side][i];
+        const double d = s->distance[v];
+        const loxo_index nearer = find_nearer(s, v, d);
+        s->awaited[v] = nearer;
+        if (nearer < 0 && bits_of(d) < least) least = bits_of(d);
+        unsigned flags = fast_flags(s, v) & ~(unsigned)FAST_QUEUED;
+        if (nearer < 0 && d <= s->horizon + FAST_WIDTH * (double)s->jet[v].length) {
+            fresh[n_fresh++] = v;
+            flags = FAST_FINAL | FAST_NEW;
+        } else if (nearer < 0) {
+            kept[n_kept++] = v;
+            flags |= FAST_QUEUED;
         }
+        __atomic_store_n(&s->flags[v], (uint8_t)flags, __ATOMIC_RELAXED);
     }
-    put_batch(s, &batch);
+    lower(&s->next_horizon, least);
+    fast_queue(s, kept, n_kept);
     const int64_t to = __atomic_fetch_add(&s->n_fresh, n_fresh, __ATOMIC_RELAXED);
     memcpy(&s->fresh[to], fresh, (size_t)n_fresh * sizeof *fresh);
 }
+
+/* What a chunk of arrivals puts into the queue. */
+typedef struct fast_batch {
+    loxo_index vertex[COMMIT_CHUNK];
+    int64_t n;
+} fast_batch;
 
 static void lock(fast_state *s, loxo_index v)
 {
@@ -120,15 +120,14 @@ static void offer(fast_state *s, fast_batch *batch, loxo_index v, double arrival
         __atomic_store(&s->distance[v], &arrival, __ATOMIC_RELAXED);
         s->jet[v] = *jet;
         if (s->nearest != NULL) s->nearest[v] = source;
-        if ((flags & FAST_IN_FRONT) == 0) {
+        if ((flags & FAST_QUEUED) == 0) {
             const loxo_index h = s->m.vertex_halfedge[v];
             __builtin_prefetch(&s->m.halfedge_vertex[h]);
             __builtin_prefetch(&s->m.halfedge_twin[h]);
             __builtin_prefetch(&s->slope[h], 1);
-            batch->entry[batch->n++] = (fast_waiting){v, -1};
+            batch->vertex[batch->n++] = v;
         }
-        if (bits_of(arrival) < batch->least) batch->least = bits_of(arrival);
-        toggled |= (flags & FAST_FINAL) | (~flags & FAST_IN_FRONT);
+        toggled |= (flags & FAST_FINAL) | (~flags & FAST_QUEUED);
     }
     /* Another thread may take FAST_NEW away meanwhile: that bit stays out of it. */
     if (s->n_threads > 1)
@@ -140,7 +139,7 @@ static void offer(fast_state *s, fast_batch *batch, loxo_index v, double arrival
 static void commit_tasks(fast_state *s, int64_t begin, int64_t end)
 {
     k_jet_batch b;
-    fast_batch batch = {.n = 0, .least = UINT64_MAX};
+    fast_batch batch = {.n = 0};
     const loxo_mesh_view *m = &s->m;
     for (int64_t first = begin; first < end; first += K_JETS) {
         const int64_t n = end - first < K_JETS ? end - first : K_JETS;
@@ -169,18 +168,18 @@ static void commit_tasks(fast_state *s, int64_t begin, int64_t end)
             offer(s, &batch, m->halfedge_vertex[ray], b.arrival[i], &jet, share < 0.5f ? t->source_a : t->source_b);
         }
     }
-    put_batch(s, &batch);
+    fast_queue(s, batch.vertex, batch.n);
 }
 
 static void commit_steps(fast_state *s, int64_t begin, int64_t end)
 {
-    fast_batch batch = {.n = 0, .least = UINT64_MAX};
+    fast_batch batch = {.n = 0};
     for (int64_t i = begin; i < end; ++i) {
         const fast_step *step = &s->step[i];
         const fast_jet jet = {step->ray, step->crossing, step->sigma, step->length, step->doubt};
         offer(s, &batch, step->target, step->arrival, &jet, step->source);
     }
-    put_batch(s, &batch);
+    fast_queue(s, batch.vertex, batch.n);
 }
 
 static int64_t n_chunks(int64_t n, int64_t chunk) { return (n + chunk - 1) / chunk; }
@@ -208,7 +207,7 @@ static void work(void *arg, int64_t chunk)
 {
     fast_state *s = arg;
     if (s->stage == FAST_SELECT)
-        select_chunk(s, chunk * SELECT_CHUNK, least((chunk + 1) * SELECT_CHUNK, s->n_front));
+        select_chunk(s, chunk * SELECT_CHUNK, least((chunk + 1) * SELECT_CHUNK, s->n_queue));
     else if (s->stage == FAST_EXPAND)
         fast_expand(s, chunk * EXPAND_CHUNK, least((chunk + 1) * EXPAND_CHUNK, s->n_fresh));
     else
@@ -244,17 +243,17 @@ static int64_t advance(void *arg)
                n_chunks(s->n_fresh, SELECT_CHUNK);
     }
     s->side = 1 - s->side;
-    s->n_front = s->n_next;
+    s->n_queue = s->n_next;
     s->n_next = s->n_fresh = 0;
     memcpy(&s->horizon, &s->next_horizon, sizeof s->horizon);
     s->next_horizon = UINT64_MAX;
     s->stage = FAST_SELECT;
-    if (s->n_front == 0 || !(s->horizon <= s->limit)) {
+    if (s->n_queue == 0 || s->horizon > s->limit) {
         s->is_over = true;
         return -1;
     }
     ++s->n_rounds;
-    return n_chunks(s->n_front, SELECT_CHUNK);
+    return n_chunks(s->n_queue, SELECT_CHUNK);
 }
 
 static bool poll(void *arg)
@@ -289,9 +288,9 @@ static loxo_status make_room(fast_state *s)
 
 void fast_seed(fast_state *s, loxo_index v, double distance, const fast_jet *jet, loxo_index source)
 {
-    fast_batch batch = {.n = 0, .least = UINT64_MAX};
+    fast_batch batch = {.n = 0};
     offer(s, &batch, v, distance, jet, source);
-    put_batch(s, &batch);
+    fast_queue(s, batch.vertex, batch.n);
 }
 
 loxo_status fast_run(fast_state *s, double limit)
