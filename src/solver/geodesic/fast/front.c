@@ -61,8 +61,8 @@ static loxo_index find_nearer(const fast_state *s, loxo_index v, double d)
     return -1;
 }
 
-/* Of those in the queue, the ones that have a nearer neighbour leave it until that is final; the others are where the front
- * is least around, and become final if the horizon is not too far behind. */
+/* Of those in the queue, the ones that are too far before the horizon stay; the ones that have a nearer neighbour leave it until
+ * that is final; the others become final. */
 static void select_chunk(fast_state *s, int64_t begin, int64_t end)
 {
     loxo_index fresh[SELECT_CHUNK], kept[SELECT_CHUNK];
@@ -71,16 +71,17 @@ static void select_chunk(fast_state *s, int64_t begin, int64_t end)
     for (int64_t i = begin; i < end; ++i) {
         const loxo_index v = s->queue[s->side][i];
         const double d = s->distance[v];
-        const loxo_index nearer = find_nearer(s, v, d);
-        s->awaited[v] = nearer;
-        if (nearer < 0 && bits_of(d) < least) least = bits_of(d);
+        const bool is_near = d <= s->horizon + FAST_WIDTH * (double)s->jet[v].length;
+        const loxo_index nearer = is_near ? find_nearer(s, v, d) : -1;
         unsigned flags = fast_flags(s, v) & ~(unsigned)FAST_QUEUED;
-        if (nearer < 0 && d <= s->horizon + FAST_WIDTH * (double)s->jet[v].length) {
-            fresh[n_fresh++] = v;
-            flags = FAST_FINAL | FAST_NEW;
-        } else if (nearer < 0) {
-            kept[n_kept++] = v;
-            flags |= FAST_QUEUED;
+        s->awaited[v] = nearer;
+        if (nearer < 0) {
+            if (bits_of(d) < least) least = bits_of(d);
+            if (is_near)
+                fresh[n_fresh++] = v;
+            else
+                kept[n_kept++] = v;
+            flags = is_near ? FAST_FINAL | FAST_NEW : flags | FAST_QUEUED;
         }
         __atomic_store_n(&s->flags[v], (uint8_t)flags, __ATOMIC_RELAXED);
     }
