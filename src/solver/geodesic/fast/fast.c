@@ -217,7 +217,7 @@ static const loxo_index *fast_touched(void *state, int64_t *n)
 }
 
 const geodesic_engine geodesic_engine_fast = {.bytes = fast_bytes,
-                                              .vertex_ns = 260.0,
+                                              .vertex_ns = 330.0,
                                               .is_of_ways = true,
                                               .create = fast_create,
                                               .solve = fast_solve,

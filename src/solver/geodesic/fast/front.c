@@ -45,19 +45,19 @@ static bool is_nearer(const fast_state *s, loxo_index y, double d)
     return s->distance[y] < d && (fast_flags(s, y) & (FAST_FINAL | FAST_NEW)) != FAST_FINAL;
 }
 
-/* A neighbour that v has to wait for, -1: none. */
+/* A neighbour that v has to wait for, -1: none. Looked at are the ends of the four spokes about its ray: those beside it are the
+ * ones that may still tell it something, and the front has been there, so they are in the cache, unlike those ahead. */
 static loxo_index find_nearer(const fast_state *s, loxo_index v, double d)
 {
     const loxo_mesh_view *m = &s->m;
-    const loxo_index first = m->vertex_halfedge[v];
-    loxo_index h = first, y = k_head(m, h);
-    if (is_nearer(s, y, d)) return y;
-    do {
-        const loxo_index back = k_previous(h);
-        y = m->halfedge_vertex[back];
-        if (is_nearer(s, y, d)) return y;
-        h = m->halfedge_twin[back];
-    } while (h >= 0 && h != first);
+    const loxo_index ray = s->jet[v].ray;
+    if (ray < 0) return -1;
+    const loxo_index back = k_previous(ray), left = m->halfedge_twin[back], right = m->halfedge_twin[ray];
+    const loxo_index beside[4] = {k_head(m, ray), m->halfedge_vertex[back],
+                                  left >= 0 ? m->halfedge_vertex[k_previous(left)] : -1,
+                                  right >= 0 ? m->halfedge_vertex[k_previous(right)] : -1};
+    for (int i = 0; i < 4; ++i)
+        if (beside[i] >= 0 && is_nearer(s, beside[i], d)) return beside[i];
     return -1;
 }
 
