@@ -131,6 +131,18 @@ static loxo_status check_memory(cli_run *run, const geodesic_state *s)
                        text_count(n_faces), bytes, run->limit_bytes);
 }
 
+/* A front that moves over a large mesh meets a line of it at a time: what is near on the surface has to be near in memory,
+ * in both directions. Bumpy sphere, given row by row, two threads: 10M vertices 834 ns a vertex as given, 301 along Hilbert's curve, whose
+ * making takes 40; 1M vertices, which the cache half holds, 218 and 208. */
+#define MANY_FOR_A_FRONT 2000000
+
+static void choose_order(geodesic_state *s, int64_t n_vertices)
+{
+    const loxo_geodesic_method method = s->geodesic.method;
+    if (s->mesh.order != LOXO_ORDER_AUTO || n_vertices < MANY_FOR_A_FRONT) return;
+    if (method == LOXO_GEODESIC_FAST || method == LOXO_GEODESIC_AUTO) s->mesh.order = LOXO_ORDER_HILBERT;
+}
+
 /* Hands the arrays of the soup over to a mesh; fields that came along are of no use here. */
 static loxo_status make_mesh(cli_run *run, const geodesic_state *s, loxo_soup *soup, loxo_mesh **mesh)
 {
@@ -271,6 +283,7 @@ static loxo_status geodesic_main(cli_run *run, void *state)
     if ((status = cli_read_mesh(run, run->args.operand[0], &soup)) < 0) return status;
     sources.n_vertices = soup.n_vertices;
     if ((status = cli_sources_read(run, &sources)) < 0) goto done;
+    choose_order(s, soup.n_vertices);
     if ((status = make_mesh(run, s, &soup, &mesh)) < 0) goto done;
     if ((status = cli_sources_locate(run, mesh, &sources)) < 0) goto done;
     bool is_intrinsic = cli_args_has(&run->args, "intrinsic");
