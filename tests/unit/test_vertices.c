@@ -45,8 +45,7 @@ static void check_fails(loxo_status status, loxo_status expected, int64_t line, 
 TEST(lists)
 {
     static const char *const good[] = {"1 2 11", "1,2,11", "# first\n1\n2 # more\n\n11", " 1 ,\t2\r\n11\r\n",
-                                       "\xef\xbb\xbf"
-                                       "1 2 11"};
+                                       "\xef\xbb\xbf 1 2 11"};
     for (int i = 0; i < 5; ++i)
         check_read(read_named(good[i], strlen(good[i]), "a.txt", NULL), "1 2 11");
     check_read(read_named(BYTES("3 3"), "a", NULL), "3 3");
