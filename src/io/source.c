@@ -114,7 +114,7 @@ static loxo_status read_stream(loxo_context *ctx, const loxo_source *source, siz
 {
     size_t capacity = 0, got = 1;
     loxo_status status = grow(ctx, bytes, &capacity, 0, source->n_head + 1, SIZE_MAX);
-    if (status < 0) return status;
+    if (status < 0 || *bytes == NULL) return status;
     memcpy(*bytes, source->head, source->n_head);
     *n = source->n_head;
     if (source->n_bytes >= 0) return LOXO_OK;

@@ -84,6 +84,7 @@ static loxo_status put_stop(const exact_state *s, const exact_stop *stop, const 
     if (stop->halfedge >= 0)
         return line_add_on_edge(builder, m->halfedge_vertex[stop->halfedge], k_head(m, stop->halfedge), stop->at);
     const geodesic_seed *seed = stop->seed >= 0 ? &s->seeds[stop->seed] : goal;
+    if (seed == NULL) return loxo_fail(s->ctx, LOXO_ERR_NUMERIC, "geodesic: a way back has a stop that is nowhere");
     return line_add_in_face(builder, seed->face, seed->weight);
 }
 
