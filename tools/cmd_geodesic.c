@@ -71,7 +71,19 @@ static loxo_status check_files(cli_run *run, bool is_estimate, outputs *outs)
     return LOXO_OK;
 }
 
-static loxo_status estimate(cli_run *run, const geodesic_state *s)
+/* A front that moves over a large mesh meets a line of it at a time: what is near on the surface has to be near in memory,
+ * in both directions. Bumpy sphere, given row by row, two threads: 10M vertices 834 ns a vertex as given, 301 along Hilbert's curve, whose
+ * making takes 40; 1M vertices, which the cache half holds, 218 and 208. */
+#define MANY_FOR_A_FRONT 2000000
+
+static void choose_order(geodesic_state *s, int64_t n_vertices)
+{
+    const loxo_geodesic_method method = s->geodesic.method;
+    if (s->mesh.order != LOXO_ORDER_AUTO || n_vertices < MANY_FOR_A_FRONT) return;
+    if (method == LOXO_GEODESIC_FAST || method == LOXO_GEODESIC_AUTO) s->mesh.order = LOXO_ORDER_HILBERT;
+}
+
+static loxo_status estimate(cli_run *run, geodesic_state *s)
 {
     loxo_mesh_counts counts;
     size_t mesh_bytes = 0, build_bytes = 0, work_bytes = 0;
@@ -82,6 +94,7 @@ static loxo_status estimate(cli_run *run, const geodesic_state *s)
     if (status < 0) return status;
     const int64_t n = counts.n_vertices, n_faces = counts.n_faces;
     const size_t result_bytes = sizeof(double) * (size_t)n;
+    choose_order(s, n);
     status = loxo_mesh_estimate(n, n_faces, counts.is_float, &s->mesh, &mesh_bytes, &build_bytes);
     if (status >= 0) status = loxo_geodesic_estimate(run->ctx, n, n_faces, &s->geodesic, &work_bytes, NULL);
     if (status < 0) return status;
@@ -129,18 +142,6 @@ static loxo_status check_memory(cli_run *run, const geodesic_state *s)
     return cli_fail_at(run, LOXO_ERR_MEMORY, run->args.operand[0], 0,
                        "%s vertices and %s faces need %zu bytes; the limit is %zu (--max-memory)", text_count(n),
                        text_count(n_faces), bytes, run->limit_bytes);
-}
-
-/* A front that moves over a large mesh meets a line of it at a time: what is near on the surface has to be near in memory,
- * in both directions. Bumpy sphere, given row by row, two threads: 10M vertices 834 ns a vertex as given, 301 along Hilbert's curve, whose
- * making takes 40; 1M vertices, which the cache half holds, 218 and 208. */
-#define MANY_FOR_A_FRONT 2000000
-
-static void choose_order(geodesic_state *s, int64_t n_vertices)
-{
-    const loxo_geodesic_method method = s->geodesic.method;
-    if (s->mesh.order != LOXO_ORDER_AUTO || n_vertices < MANY_FOR_A_FRONT) return;
-    if (method == LOXO_GEODESIC_FAST || method == LOXO_GEODESIC_AUTO) s->mesh.order = LOXO_ORDER_HILBERT;
 }
 
 /* Hands the arrays of the soup over to a mesh; fields that came along are of no use here. */
