@@ -10,6 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/resource.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -80,8 +81,14 @@ bool bench_self_path(char path[BENCH_PATH])
 bool bench_make_folder(char path[BENCH_PATH])
 {
     const char *root = getenv("TMPDIR");
-    const int n = snprintf(path, BENCH_PATH, "%s/loxo-bench-XXXXXX", root == NULL || root[0] == '\0' ? "/tmp" : root);
-    return n > 0 && n < BENCH_PATH && mkdtemp(path) != NULL;
+    if (root == NULL || root[0] == '\0') root = "/tmp";
+    for (int i = 0; i < 100; ++i) { /* one that is there already is somebody else's */
+        const int n = snprintf(path, BENCH_PATH, "%s/loxo-bench-%ld-%d", root, (long)getpid(), i);
+        if (n <= 0 || n >= BENCH_PATH) return false;
+        if (mkdir(path, 0700) == 0) return true;
+        if (errno != EEXIST) return false;
+    }
+    return false;
 }
 
 void bench_remove_folder(const char *path)

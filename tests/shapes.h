@@ -156,4 +156,19 @@ static inline loxo_soup shape_copy(loxo_context *ctx, const loxo_soup *a)
     return copy;
 }
 
+/* A generated shape of the test's context, sheared along its second coordinate and stretched along its first. */
+static inline loxo_soup shape_stretched(loxo_shape shape, int64_t n_vertices, double parameter, double stretch,
+                                        double shear)
+{
+    loxo_generate_settings settings = loxo_generate_settings_default();
+    loxo_soup soup = {0};
+    settings.shape = shape;
+    settings.n_vertices = n_vertices;
+    settings.params[0] = parameter;
+    CHECK_OK(loxo_generate(test_context, &settings, false, &soup));
+    for (int64_t v = 0; v < soup.n_vertices; ++v)
+        soup.position[3 * v] = stretch * soup.position[3 * v] + shear * soup.position[3 * v + 1];
+    return soup;
+}
+
 #endif

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT
  * The fast method against closed forms and against exact distances; its estimate of its own error; limits, sources
  * inside faces, nearest sources; fans of any size; how it ends early. */
+#include "../shapes.h"
 #include "base/context.h"
 #include "surfaces.h"
 
@@ -286,6 +287,44 @@ static loxo_status solve_with_allocations(loxo_context *ctx, void *arg)
     return status;
 }
 
+/* A fan that does not fit at first: what holds fans grows while it is solved. When that fails, the solver is good for
+ * another try. */
+static loxo_status solve_wide(loxo_context *ctx, void *arg)
+{
+    const loxo_mesh_arrays arrays = loxo_soup_arrays(arg);
+    const loxo_geodesic_settings settings = settings_of(LOXO_GEODESIC_FAST);
+    loxo_mesh *mesh = NULL;
+    loxo_geodesic *g = NULL;
+    static double distance[5000];
+    loxo_status status = loxo_mesh_create(ctx, &arrays, LOXO_COPY, NULL, NULL, &mesh);
+    if (status >= 0) status = loxo_geodesic_create(ctx, mesh, &settings, &g);
+    if (status >= 0 && (status = loxo_geodesic_solve(g, (const loxo_index[]){0}, 1, distance, NULL)) < 0) {
+        test_allocator *allocator = ctx->settings.allocator.user;
+        allocator->fail_at = -1;
+        CHECK_STATUS(ctx, loxo_geodesic_solve(g, (const loxo_index[]){0}, 1, distance, NULL), LOXO_OK);
+        CHECK_NEAR(distance[1], 1.0, 1e-12);
+    }
+    loxo_geodesic_destroy(g);
+    loxo_mesh_destroy(mesh);
+    return status;
+}
+
+TEST(growth_that_fails)
+{
+    enum { N = 4000 };
+    loxo_soup soup = shape_empty(test_context, N + 1, N);
+    for (int i = 0; i < N; ++i) { /* a wheel: vertex 0 is its hub */
+        const double angle = 2.0 * HALF_TURN * i / N;
+        double *p = &soup.position[(int64_t)3 * (i + 1)];
+        loxo_index *t = &soup.triangle[(int64_t)3 * i];
+        p[0] = cos(angle), p[1] = sin(angle), p[2] = 0.0;
+        t[0] = 0, t[1] = (loxo_index)(i + 1), t[2] = (loxo_index)((i + 1) % N + 1);
+    }
+    soup.position[0] = soup.position[1] = soup.position[2] = 0.0;
+    CHECK(test_each_allocation_fails(solve_wide, &soup) > 8);
+    loxo_soup_destroy(test_context, &soup);
+}
+
 TEST(each_allocation_fails)
 {
     loxo_soup soup = soup_make(test_context, LOXO_SHAPE_ICOSPHERE, 300, NAN);
@@ -376,6 +415,7 @@ TEST(auto_chooses_by_size_and_shape)
         CHECK_OK(loxo_geodesic_estimate(test_context, s.soup.n_vertices, s.soup.n_faces, &settings, &bytes, NULL));
         CHECK_OK(loxo_geodesic_estimate(test_context, s.soup.n_vertices, s.soup.n_faces, &same, &same_bytes, NULL));
         CHECK_EQUAL(bytes, same_bytes);
+        if (cases[i].method == LOXO_GEODESIC_FAST) CHECK_EQUAL(info.workspace_bytes, bytes);
         loxo_release(test_context, distance);
         surface_destroy(&s);
     }

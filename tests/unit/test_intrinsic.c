@@ -20,19 +20,6 @@ static loxo_mesh *mesh_of(loxo_context *ctx, loxo_soup *soup)
     return mesh;
 }
 
-static loxo_soup generate(loxo_shape shape, int64_t n_vertices, double parameter, double stretch, double shear)
-{
-    loxo_generate_settings settings = loxo_generate_settings_default();
-    loxo_soup soup = {0};
-    settings.shape = shape;
-    settings.n_vertices = n_vertices;
-    settings.params[0] = parameter;
-    CHECK_OK(loxo_generate(test_context, &settings, false, &soup));
-    for (int64_t v = 0; v < soup.n_vertices; ++v)
-        soup.position[3 * v] = stretch * soup.position[3 * v] + shear * soup.position[3 * v + 1];
-    return soup;
-}
-
 /* Twins, fans, boundaries, lengths: what the header promises of a view; edges from a vertex to itself are legal. */
 static void check_view(const loxo_mesh *mesh)
 {
@@ -208,19 +195,20 @@ TEST(shapes_become_delaunay_and_stay_what_they_are)
     check_intrinsic(shape_torus(test_context, 30, 7), 1e-12);
     check_intrinsic(shape_annulus(test_context, 50, 3), 1e-12);
     check_intrinsic(shape_genus(test_context, 3, 700), 1e-12);
-    check_intrinsic(generate(LOXO_SHAPE_LATLONG, 2000, (double)NAN, 1.0, 0.0), 1e-12);
-    check_intrinsic(generate(LOXO_SHAPE_NOISY, 2000, 0.4, 1.0, 0.0), 1e-12);
-    check_intrinsic(generate(LOXO_SHAPE_BUMPY, 3000, (double)NAN, 1.0, 0.0), 1e-12);
-    check_intrinsic(generate(LOXO_SHAPE_DISK, 2000, (double)NAN, 10.0, 0.0), 1e-11); /* heights a tenth of edges */
-    CHECK(check_intrinsic(generate(LOXO_SHAPE_GRID, 900, (double)NAN, 1.0, 30.0), 1e-10).n_flips > 2000);
+    check_intrinsic(shape_stretched(LOXO_SHAPE_LATLONG, 2000, (double)NAN, 1.0, 0.0), 1e-12);
+    check_intrinsic(shape_stretched(LOXO_SHAPE_NOISY, 2000, 0.4, 1.0, 0.0), 1e-12);
+    check_intrinsic(shape_stretched(LOXO_SHAPE_BUMPY, 3000, (double)NAN, 1.0, 0.0), 1e-12);
+    check_intrinsic(shape_stretched(LOXO_SHAPE_DISK, 2000, (double)NAN, 10.0, 0.0),
+                    1e-11); /* heights a tenth of edges */
+    CHECK(check_intrinsic(shape_stretched(LOXO_SHAPE_GRID, 900, (double)NAN, 1.0, 30.0), 1e-10).n_flips > 2000);
 }
 
 TEST(edges_from_a_vertex_to_itself_are_legal)
 {
     const loxo_intrinsic_info info =
-        check_intrinsic(generate(LOXO_SHAPE_NOISY, 3000, 0.5, 30.0, 0.0), 1e-9); /* needles, 30 to 1 */
+        check_intrinsic(shape_stretched(LOXO_SHAPE_NOISY, 3000, 0.5, 30.0, 0.0), 1e-9); /* needles, 30 to 1 */
     CHECK(info.n_loops > 0);
-    check_intrinsic(generate(LOXO_SHAPE_CYLINDER, 60, 0.05, 1.0, 0.0), 1e-12);
+    check_intrinsic(shape_stretched(LOXO_SHAPE_CYLINDER, 60, 0.05, 1.0, 0.0), 1e-12);
 }
 
 TEST(two_sides_of_one_triangle)
@@ -233,7 +221,8 @@ TEST(two_sides_of_one_triangle)
 
 TEST(the_plane_has_no_negative_weights_in_the_end)
 {
-    const loxo_intrinsic_info info = check_intrinsic(generate(LOXO_SHAPE_DISK, 3000, (double)NAN, 8.0, 0.0), 1e-11);
+    const loxo_intrinsic_info info =
+        check_intrinsic(shape_stretched(LOXO_SHAPE_DISK, 3000, (double)NAN, 8.0, 0.0), 1e-11);
     CHECK(info.share_nondelaunay_before > 0.3);
     CHECK(info.quality_after > 3.0 * info.quality_before);
 }
@@ -243,7 +232,7 @@ TEST(another_order_gives_the_same_triangulation)
 {
     double sum[2], quality[2];
     for (int i = 0; i < 2; ++i) {
-        loxo_soup soup = generate(LOXO_SHAPE_NOISY, 2000, 0.4, 3.0, 0.0);
+        loxo_soup soup = shape_stretched(LOXO_SHAPE_NOISY, 2000, 0.4, 3.0, 0.0);
         loxo_intrinsic_info info;
         if (i == 1) CHECK_OK(loxo_soup_shuffle(test_context, &soup, 7, NULL));
         loxo_mesh *surface = mesh_of(test_context, &soup), *mesh;
@@ -311,7 +300,7 @@ TEST(faces_without_area_are_made_to_have_some)
 
 TEST(too_few_flips_leave_a_triangulation)
 {
-    loxo_soup soup = generate(LOXO_SHAPE_DISK, 2000, (double)NAN, 10.0, 0.0);
+    loxo_soup soup = shape_stretched(LOXO_SHAPE_DISK, 2000, (double)NAN, 10.0, 0.0);
     loxo_mesh *surface = mesh_of(test_context, &soup), *mesh;
     loxo_intrinsic_settings settings = loxo_intrinsic_settings_default();
     loxo_intrinsic_info info;
@@ -386,7 +375,7 @@ static int stop_at_once(void *user, const loxo_progress *progress)
 TEST(the_monitor_can_stop_it)
 {
     NEEDS_IDS(1000000); /* so large that it is asked: the monitor is called every 20 ms at most */
-    loxo_soup soup = generate(LOXO_SHAPE_GRID, 100000, (double)NAN, 1.0, 30.0);
+    loxo_soup soup = shape_stretched(LOXO_SHAPE_GRID, 100000, (double)NAN, 1.0, 30.0);
     loxo_mesh *surface = mesh_of(test_context, &soup), *mesh;
     loxo_context_set_monitor(test_context, stop_at_once, NULL);
     CHECK_STATUS(test_context, loxo_mesh_create_intrinsic(test_context, surface, NULL, NULL, &mesh), LOXO_ERR_STOPPED);

@@ -32,19 +32,6 @@ static void pair_destroy(pair *p)
     loxo_mesh_destroy(p->surface);
 }
 
-static loxo_soup generate(loxo_shape shape, int64_t n_vertices, double parameter, double stretch, double shear)
-{
-    loxo_generate_settings settings = loxo_generate_settings_default();
-    loxo_soup soup = {0};
-    settings.shape = shape;
-    settings.n_vertices = n_vertices;
-    settings.params[0] = parameter;
-    CHECK_OK(loxo_generate(test_context, &settings, false, &soup));
-    for (int64_t v = 0; v < soup.n_vertices; ++v)
-        soup.position[3 * v] = stretch * soup.position[3 * v] + shear * soup.position[3 * v + 1];
-    return soup;
-}
-
 static loxo_soup read_soup(const char *name)
 {
     const char *path = test_shared(name);
@@ -136,11 +123,11 @@ TEST(edges_are_polylines_on_the_surface)
     check_edges(shape_torus(test_context, 30, 7), 1e-12);
     check_edges(shape_annulus(test_context, 50, 3), 1e-12);
     check_edges(shape_genus(test_context, 3, 700), 1e-12);
-    check_edges(generate(LOXO_SHAPE_NOISY, 2000, 0.4, 1.0, 0.0), 1e-11);
-    check_edges(generate(LOXO_SHAPE_DISK, 2000, (double)NAN, 10.0, 0.0), 1e-11);
-    check_edges(generate(LOXO_SHAPE_GRID, 900, (double)NAN, 1.0, 30.0), 1e-9); /* hundreds of faces unfolded */
-    check_edges(generate(LOXO_SHAPE_NOISY, 3000, 0.5, 30.0, 0.0), 1e-9);       /* edges from a vertex to itself */
-    check_edges(generate(LOXO_SHAPE_CYLINDER, 60, 0.05, 1.0, 0.0), 1e-12);
+    check_edges(shape_stretched(LOXO_SHAPE_NOISY, 2000, 0.4, 1.0, 0.0), 1e-11);
+    check_edges(shape_stretched(LOXO_SHAPE_DISK, 2000, (double)NAN, 10.0, 0.0), 1e-11);
+    check_edges(shape_stretched(LOXO_SHAPE_GRID, 900, (double)NAN, 1.0, 30.0), 1e-9); /* hundreds of faces unfolded */
+    check_edges(shape_stretched(LOXO_SHAPE_NOISY, 3000, 0.5, 30.0, 0.0), 1e-9); /* edges from a vertex to itself */
+    check_edges(shape_stretched(LOXO_SHAPE_CYLINDER, 60, 0.05, 1.0, 0.0), 1e-12);
 }
 
 TEST(edges_of_scans_are_polylines)
@@ -202,7 +189,7 @@ TEST(edges_end_where_they_should_however_flat_the_faces)
     int64_t n_flips = 0;
     for (uint64_t seed = 0; seed < 400; ++seed) {
         const int n_places = 2 + (int)(seed % 5);
-        loxo_soup soup = seed % 3 == 0   ? generate(LOXO_SHAPE_ICOSPHERE, 60, (double)NAN, 1.0, 0.0)
+        loxo_soup soup = seed % 3 == 0   ? shape_stretched(LOXO_SHAPE_ICOSPHERE, 60, (double)NAN, 1.0, 0.0)
                          : seed % 3 == 1 ? shape_torus(test_context, 7, 5)
                                          : shape_annulus(test_context, 9, 3);
         for (int64_t i = 0; i < 3 * soup.n_vertices; ++i)
@@ -238,10 +225,10 @@ TEST(points_are_found_there_and_back)
     check_points(shape_cube(test_context), false, 1e-12);
     check_points(shape_torus(test_context, 30, 7), false, 1e-11);
     check_points(shape_annulus(test_context, 50, 3), true, 1e-11);
-    check_points(generate(LOXO_SHAPE_DISK, 2000, (double)NAN, 10.0, 0.0), true, 1e-10);
-    check_points(generate(LOXO_SHAPE_GRID, 900, (double)NAN, 1.0, 30.0), true, 1e-8);
-    check_points(generate(LOXO_SHAPE_NOISY, 2000, 0.5, 1.0, 0.0), false, 1e-11);
-    check_points(generate(LOXO_SHAPE_NOISY, 3000, 0.5, 30.0, 0.0), false, 1e-8);
+    check_points(shape_stretched(LOXO_SHAPE_DISK, 2000, (double)NAN, 10.0, 0.0), true, 1e-10);
+    check_points(shape_stretched(LOXO_SHAPE_GRID, 900, (double)NAN, 1.0, 30.0), true, 1e-8);
+    check_points(shape_stretched(LOXO_SHAPE_NOISY, 2000, 0.5, 1.0, 0.0), false, 1e-11);
+    check_points(shape_stretched(LOXO_SHAPE_NOISY, 3000, 0.5, 30.0, 0.0), false, 1e-8);
 }
 
 TEST(points_of_scans_are_found_there_and_back)
@@ -304,7 +291,7 @@ static void check_segments(loxo_soup soup, double tolerance)
 
 TEST(segments_are_polylines_on_the_surface)
 {
-    check_segments(generate(LOXO_SHAPE_DISK, 2000, (double)NAN, 10.0, 0.0), 1e-10);
-    check_segments(generate(LOXO_SHAPE_NOISY, 2000, 0.5, 1.0, 0.0), 1e-10);
-    check_segments(generate(LOXO_SHAPE_NOISY, 3000, 0.5, 30.0, 0.0), 1e-8);
+    check_segments(shape_stretched(LOXO_SHAPE_DISK, 2000, (double)NAN, 10.0, 0.0), 1e-10);
+    check_segments(shape_stretched(LOXO_SHAPE_NOISY, 2000, 0.5, 1.0, 0.0), 1e-10);
+    check_segments(shape_stretched(LOXO_SHAPE_NOISY, 3000, 0.5, 30.0, 0.0), 1e-8);
 }

@@ -13,29 +13,22 @@
 #define SHARE_FOR_INTRINSIC 0.08
 #define MOST_LOOKED_AT      100000 /* faces */
 
-/* Cotangent at the corner opposite half-edge k of a face, from its lengths; flat corners count as the largest number. */
-static double cotangent(const double length[3], int k)
-{
-    const double a = length[k], b = length[(k + 1) % 3], c = length[(k + 2) % 3];
-    const k_layout layout = k_layout_of(length);
-    const double twice_area = layout.x1 * layout.y2, sum = (b - a) * (b + a) + c * c;
-    return twice_area > 0.0 ? sum / (2.0 * twice_area) : sum > 0.0 ? HUGE_VAL : -HUGE_VAL;
-}
-
-/* Of the inner edges of faces spread evenly over the mesh. */
+/* Of the inner edges of faces spread evenly over the mesh. Sums that are not numbers, at flat faces, are not counted as bad. */
 static double share_nondelaunay(const loxo_mesh_view *m)
 {
     const int64_t stride = m->n_faces / MOST_LOOKED_AT + 1;
     int64_t n_inner = 0, n_bad = 0;
     for (int64_t f = 0; f < m->n_faces; f += stride) {
-        double own[3], other[3];
-        k_face_lengths(m, f, own);
+        double length[3], own[3], other[3];
+        k_face_lengths(m, f, length);
+        k_cotangents_of(length, own);
         for (int k = 0; k < 3; ++k) {
             const loxo_index twin = m->halfedge_twin[3 * f + k];
             if (twin < 0) continue;
-            k_face_lengths(m, twin / 3, other);
+            k_face_lengths(m, twin / 3, length);
+            k_cotangents_of(length, other);
             ++n_inner;
-            n_bad += cotangent(own, k) + cotangent(other, (int)(twin % 3)) < 0.0;
+            n_bad += own[k] + other[twin % 3] < 0.0;
         }
     }
     return n_inner > 0 ? (double)n_bad / (double)n_inner : 0.0;

@@ -297,6 +297,14 @@ static void lay_out_bench(fast_bench *b, loxo_arena *a, int64_t n_spokes)
     b->step = loxo_arena_take(a, FAST_STEPS_A_SPOKE * n_spokes, sizeof *b->step);
 }
 
+size_t fast_bench_bytes(int64_t n_spokes)
+{
+    fast_bench b;
+    loxo_arena a = {0};
+    lay_out_bench(&b, &a, n_spokes);
+    return a.size;
+}
+
 loxo_status fast_reserve_benches(fast_state *s, int64_t n_spokes)
 {
     loxo_arena_destroy(s->ctx, &s->bench_arena);

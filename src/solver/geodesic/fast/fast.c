@@ -27,7 +27,8 @@ static size_t fast_bytes(const geodesic_problem *problem)
 {
     fast_state s = {0};
     lay_out(&s, &problem->m);
-    return s.arena.size;
+    return s.arena.size + (size_t)loxo_context_n_threads(problem->ctx) * fast_bench_bytes(FAST_SPOKES_AT_FIRST) +
+           (size_t)fast_lists_at_first(&problem->m) * (sizeof(fast_task) + sizeof(fast_step));
 }
 
 static void fast_destroy(void *state)
@@ -56,7 +57,7 @@ static loxo_status fast_create(const geodesic_problem *problem, void **state)
     if ((status = loxo_arena_reserve(ctx, &s->arena, "geodesic: the workspace")) < 0) return status;
     lay_out(s, &s->m);
     if ((s->bench = loxo_allocate_zero(ctx, s->n_benches, sizeof *s->bench)) == NULL) return LOXO_ERR_MEMORY;
-    return fast_reserve_benches(s, FAST_SPOKES_AT_FIRST);
+    return fast_make_ready(s);
 }
 
 /* The corners of the face that a source lies in hear of it straight; so does a vertex that is one. */
@@ -109,7 +110,7 @@ static void clear(fast_state *s)
         }
     }
     s->n_touched = -1;
-    s->n_next = s->n_rounds = s->n_final = s->n_updates = s->bench_wanted = 0;
+    s->n_next = s->n_rounds = s->n_final = s->n_updates = 0;
     s->next_horizon = 0;
 }
 
@@ -200,7 +201,8 @@ static loxo_status fast_solve(void *state, const geodesic_seed *seeds, int64_t n
     info->error_estimate = sums[1] > 0.0 ? sums[0] / sums[1] : 0.0;
     info->n_iterations = s->n_rounds;
     info->n_evaluations = s->n_updates;
-    info->workspace_bytes = s->arena.size;
+    info->workspace_bytes = s->arena.size + s->bench_arena.size + (size_t)s->task_capacity * sizeof *s->task +
+                            (size_t)s->step_capacity * sizeof *s->step;
     info->phase_s[LOXO_GEODESIC_PHASE_PROPAGATE] += loxo_os_clock_s() - start_s;
     if (status != LOXO_STOPPED) return LOXO_OK;
     info->stop_reason = LOXO_STOP_MONITOR;

@@ -7,8 +7,8 @@
 #include "kernel/variants.h"
 #include "solver/geodesic/engine.h"
 
-/* A vertex of the front becomes final when no neighbour that is not final is nearer, and its distance is at most the least of
- * the front plus so many times the last leg of its ray. Part of the answer. */
+/* A vertex of the front becomes final when no neighbour beside its ray is both nearer and not final, and its distance is at
+ * most the least of the front plus so many times the last leg of its ray. Part of the answer. */
 #define FAST_WIDTH 1.5
 /* A final vertex that is heard of again, earlier by so many times the last leg of its ray, goes back to the front. */
 #define FAST_GAIN 1e-3
@@ -87,14 +87,16 @@ typedef struct fast_state {
     int side; /* queue[side] is the present one */
     int64_t n_queue, n_next, n_fresh, n_tasks, n_steps;
     int64_t bench_wanted;  /* a fan, or what a piece of the round emits, did not fit */
-    double horizon;        /* least distance in the front */
+    double horizon;        /* nothing that is not final is nearer */
     uint64_t next_horizon; /* the same of the next, as bits */
     int64_t n_rounds, n_final, n_updates;
 
     int64_t n_touched; /* what a limited solve reached stands in fresh, ascending; -1: no such list, it may be all */
 } fast_state;
 
-/* front.c: runs rounds from what the seeds put into the front until it is empty, or beyond limit, or the monitor stops it
+/* front.c: room for first rounds, where there is none: in create, and after a growth that failed. LOXO_ERR_MEMORY. */
+loxo_status fast_make_ready(fast_state *s);
+/* Runs rounds from what the seeds put into the front until it is empty, or beyond limit, or the monitor stops it
  * (LOXO_STOPPED without a message). LOXO_ERR_MEMORY. */
 loxo_status fast_run(fast_state *s, double limit);
 /* Puts a vertex into the front: a source, or a corner of the face that one is in. */
@@ -116,5 +118,8 @@ void fast_expand(fast_state *s, int64_t begin, int64_t end);
 #define FAST_STEPS_A_SPOKE   3
 #define FAST_SPOKES_AT_FIRST 2048
 loxo_status fast_reserve_benches(fast_state *s, int64_t n_spokes);
+size_t fast_bench_bytes(int64_t n_spokes);
+/* Tasks and steps that there is room for at first. */
+int64_t fast_lists_at_first(const loxo_mesh_view *m);
 
 #endif

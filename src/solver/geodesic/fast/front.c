@@ -287,6 +287,15 @@ static loxo_status make_room(fast_state *s)
     return status;
 }
 
+int64_t fast_lists_at_first(const loxo_mesh_view *m) { return least(LISTS_AT_FIRST, 3 * m->n_faces); }
+
+loxo_status fast_make_ready(fast_state *s)
+{
+    s->n_tasks = s->n_steps = fast_lists_at_first(&s->m);
+    s->bench_wanted = FAST_SPOKES_AT_FIRST;
+    return make_room(s);
+}
+
 void fast_seed(fast_state *s, loxo_index v, double distance, const fast_jet *jet, loxo_index source)
 {
     fast_batch batch = {.n = 0};
@@ -300,11 +309,8 @@ loxo_status fast_run(fast_state *s, double limit)
     s->limit = limit;
     s->is_over = false;
     s->stage = FAST_SELECT;
-    if (s->task_capacity == 0) {
-        s->n_tasks = s->n_steps = LISTS_AT_FIRST;
-        const loxo_status status = make_room(s);
-        if (status < 0) return status;
-    }
+    const loxo_status ready = fast_make_ready(s);
+    if (ready < 0) return ready;
     for (;;) {
         s->is_begun = false;
         if (loxo_phases_run(&phases, s->n_threads)) return LOXO_STOPPED;

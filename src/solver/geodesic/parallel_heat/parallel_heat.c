@@ -358,28 +358,11 @@ static size_t parallel_heat_bytes(const geodesic_problem *problem)
 /* vertex_ns at 1M vertices in local order, processor time of one thread of an AMD EPYC with AVX-512, a source that lies
  * on no symmetry, best of eight: icosphere 410 and 480, bumpy sphere 450 and 550, folded brain 450 and 550. A source on
  * a symmetry of the icosphere: 320 and 420. */
-const geodesic_engine geodesic_engine_edge = {
-    .bytes = parallel_heat_bytes,
-    .vertex_ns = 440.0,
-    .growth = 0.03,
-    .create = parallel_heat_create,
-    .solve = parallel_heat_solve,
-    .destroy = parallel_heat_destroy,
-    .room = parallel_heat_room,
-    .touched = parallel_heat_touched,
-    .heat = parallel_heat_heat,
-    .give_heat = parallel_heat_give,
-};
-
-const geodesic_engine geodesic_engine_face = {
-    .bytes = parallel_heat_bytes,
-    .vertex_ns = 530.0,
-    .growth = 0.03,
-    .create = parallel_heat_create,
-    .solve = parallel_heat_solve,
-    .destroy = parallel_heat_destroy,
-    .room = parallel_heat_room,
-    .touched = parallel_heat_touched,
-    .heat = parallel_heat_heat,
-    .give_heat = parallel_heat_give,
-};
+#define ENGINE(ns)                                                                                                     \
+    {                                                                                                                  \
+        .bytes = parallel_heat_bytes, .vertex_ns = (ns), .growth = 0.03, .create = parallel_heat_create,               \
+        .solve = parallel_heat_solve, .destroy = parallel_heat_destroy, .room = parallel_heat_room,                    \
+        .touched = parallel_heat_touched, .heat = parallel_heat_heat, .give_heat = parallel_heat_give                  \
+    }
+const geodesic_engine geodesic_engine_edge = ENGINE(440.0);
+const geodesic_engine geodesic_engine_face = ENGINE(530.0);
