@@ -2,7 +2,11 @@
  * Seconds of a job on this machine, in its present state. What a vertex costs is not looked up but measured: the same job,
  * with the same settings, on a small generated mesh, which takes some hundredths of a second. The library then says how
  * that grows with the mesh. So the processor, the compiler, the instruction set, the settings and whoever else is at work
- * are all in it; what is not is the mesh itself: bad triangles need more of the diffusion, and folded ones more windows. */
+ * are all in it; what is not is the mesh itself: bad triangles need more of the diffusion, and folded ones more windows.
+ *
+ * Memory is the exception: a machine that is not its own master (a virtual one whose host takes back what lies idle) gives
+ * the first gigabytes at a fraction of the speed at which it gives again what was free a moment ago, and that a small job
+ * gets. So pages are asked for beside it, and timed. */
 #define _POSIX_C_SOURCE 200809L /* stat */
 
 #include "base/os.h"
@@ -27,6 +31,12 @@
 #define READ_PACKED_NS    25.0
 #define WRITE_NS          8.0
 #define REFERENCE_MESH_NS 90.0
+/* Of what a job will need, so much is asked for, and not for longer. */
+#define PAGES_SHARE  16
+#define MOST_PAGES   ((size_t)512 << 20)
+#define LEAST_PAGES  ((size_t)16 << 20) /* a job that needs less is over before that matters */
+#define PAGES_WITHIN 0.5                /* seconds */
+#define PAGE         4096
 /* As the library has it for solves. */
 #define GAIN_OF_A_THREAD 0.5
 
@@ -97,6 +107,25 @@ static loxo_status measure(loxo_context *ctx, const loxo_mesh_settings *mesh_set
     return status;
 }
 
+/* Seconds a byte of memory that nobody has touched yet, for a job of n_bytes. */
+static double first_touch(size_t n_bytes, size_t limit)
+{
+    size_t n = (n_bytes < limit ? n_bytes : limit) / PAGES_SHARE;
+    n = n < MOST_PAGES ? n : MOST_PAGES;
+    volatile unsigned char *block = n < LEAST_PAGES ? NULL : loxo_os_map(n);
+    if (block == NULL) return 0.0;
+    const double start_s = loxo_os_clock_s();
+    double seconds = 0.0;
+    size_t at = 0;
+    while (at < n && seconds < PAGES_WITHIN) {
+        for (const size_t end = n - at < LEAST_PAGES ? n : at + LEAST_PAGES; at < end; at += PAGE)
+            block[at] = 1;
+        seconds = loxo_os_clock_s() - start_s;
+    }
+    loxo_os_unmap((void *)block, n);
+    return seconds / (double)at;
+}
+
 /* Nanoseconds of reading, were the machine the one of the constants above. */
 static double reading_ns(const char *path, const loxo_mesh_counts *counts)
 {
@@ -116,13 +145,15 @@ static double reading_ns(const char *path, const loxo_mesh_counts *counts)
 }
 
 double cli_estimate_seconds(cli_run *run, const char *path, const loxo_mesh_counts *counts,
-                            const loxo_mesh_settings *mesh, const loxo_geodesic_settings *geodesic)
+                            const loxo_mesh_settings *mesh, const loxo_geodesic_settings *geodesic, size_t peak_bytes)
 {
     loxo_context_settings settings = loxo_context_settings_default();
     loxo_geodesic_settings unlimited = *geodesic; /* a length of the caller's mesh says nothing here */
     loxo_context *ctx = NULL;
     speed s = {0};
     double small_s = 0.0, large_s = 0.0;
+    const double touch_s =
+        first_touch(peak_bytes, run->limit_bytes) * (double)peak_bytes; /* before the small job frees any */
     const double n = (double)counts->n_vertices, n_threads = (double)loxo_context_n_threads(run->ctx);
     unlimited.max_distance = loxo_geodesic_settings_default().max_distance;
     settings.n_threads = 1;
@@ -134,8 +165,10 @@ double cli_estimate_seconds(cli_run *run, const char *path, const loxo_mesh_coun
         status = loxo_geodesic_estimate(run->ctx, counts->n_vertices, counts->n_faces, &unlimited, NULL, &large_s);
     loxo_context_destroy(ctx);
     if (status < 0 || !(small_s > 0.0)) return (double)NAN;
+    const double share = 1.0 / (1.0 + GAIN_OF_A_THREAD * (n_threads - 1.0)); /* of one thread's time */
     const double solve_s = large_s * 1e-9 * s.job_ns * (double)s.n_vertices / small_s;
-    const double mesh_s = 1e-9 * s.mesh_ns * n / (1.0 + GAIN_OF_A_THREAD * (n_threads - 1.0));
+    const double mesh_s = 1e-9 * s.mesh_ns * n * share;
     const double pace = s.mesh_ns / REFERENCE_MESH_NS;
-    return START_S * pace + 1e-9 * pace * (reading_ns(path, counts) + WRITE_NS * n) + mesh_s + solve_s;
+    return START_S * pace + 1e-9 * pace * (reading_ns(path, counts) + WRITE_NS * n) + mesh_s + solve_s +
+           touch_s * share;
 }

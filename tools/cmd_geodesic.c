@@ -114,7 +114,8 @@ static loxo_status estimate(cli_run *run, geodesic_state *s)
     cli_estimate_part(run, "workspace_bytes", work_bytes);
     cli_estimate_part(run, "result_bytes", result_bytes);
     cli_estimate_part(run, "process_bytes", peak_bytes + program_bytes);
-    cli_estimate(run, peak_bytes, cli_estimate_seconds(run, run->args.operand[0], &counts, &s->mesh, &s->geodesic));
+    cli_estimate(run, peak_bytes,
+                 cli_estimate_seconds(run, run->args.operand[0], &counts, &s->mesh, &s->geodesic, peak_bytes));
     return LOXO_OK;
 }
 

@@ -13,9 +13,10 @@ size_t cli_counts_bytes(const loxo_mesh_counts *counts);
 /* A part of an estimate, and then the most of it at any time against the limit; seconds NaN where nobody knows. */
 void cli_estimate_part(cli_run *run, const char *what, size_t n_bytes);
 void cli_estimate(cli_run *run, size_t peak_bytes, double seconds);
-/* calibrate.c: seconds from file to file of a geodesic solve, by a small one that is timed now; NaN where that fails. */
+/* calibrate.c: seconds from file to file of a geodesic solve, by a small one that is timed now, and with the first touch
+ * of peak_bytes; NaN where that fails. */
 double cli_estimate_seconds(cli_run *run, const char *path, const loxo_mesh_counts *counts,
-                            const loxo_mesh_settings *mesh, const loxo_geodesic_settings *geodesic);
+                            const loxo_mesh_settings *mesh, const loxo_geodesic_settings *geodesic, size_t peak_bytes);
 
 /* Before a mesh is read: the counts, where the head of the file tells them at no cost worth speaking of; false where it
  * does not, or not rightly. Never fails: reading says what is wrong. */
