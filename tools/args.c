@@ -228,12 +228,13 @@ static loxo_status take_flag(const parser *p, const cli_flag *flag, int argc, ch
     return LOXO_OK;
 }
 
-static loxo_status take_option(const target *t, const char *who, loxo_context *ctx, void *state, char *text,
-                               size_t n_text)
+static loxo_status take_option(const target *t, const char *who, loxo_context *ctx, void *state, cli_args *args,
+                               char *text, size_t n_text)
 {
     void *settings = (unsigned char *)state + t->group->offset;
     const loxo_status status = loxo_options_set(ctx, who, t->group->options, settings, t->option->name, optarg);
     if (status < 0) (void)snprintf(text, n_text, "%s", loxo_context_failure(ctx)->text);
+    args->given[args->n_given++] = (cli_given){.option = t->option};
     return status;
 }
 
@@ -276,7 +277,7 @@ static loxo_status take(const parser *p, loxo_context *ctx, int code, const char
         return LOXO_ERR_ARGUMENT;
     }
     if (t->flag != NULL) return take_flag(p, t->flag, argc, argv, args, text, n_text);
-    return take_option(t, p->command->name, ctx, state, text, n_text);
+    return take_option(t, p->command->name, ctx, state, args, text, n_text);
 }
 
 loxo_status cli_args_parse(const cli_command *command, loxo_context *ctx, int argc, char **argv, void *state,
@@ -327,17 +328,29 @@ void cli_args_destroy(cli_args *args)
     *args = (cli_args){0};
 }
 
+static bool is_flag(const cli_given *given, const char *name)
+{
+    return given->flag != NULL && strcmp(given->flag->name, name) == 0;
+}
+
 const char *cli_args_value(const cli_args *args, const char *name, int i)
 {
     for (int k = args->n_given - 1; k >= 0; --k)
-        if (strcmp(args->given[k].flag->name, name) == 0) return args->given[k].value[i];
+        if (is_flag(&args->given[k], name)) return args->given[k].value[i];
     return NULL;
 }
 
 bool cli_args_has(const cli_args *args, const char *name)
 {
     for (int k = 0; k < args->n_given; ++k)
-        if (strcmp(args->given[k].flag->name, name) == 0) return true;
+        if (is_flag(&args->given[k], name)) return true;
+    return false;
+}
+
+bool cli_args_has_option(const cli_args *args, const loxo_option *option)
+{
+    for (int k = 0; k < args->n_given; ++k)
+        if (args->given[k].option == option) return true;
     return false;
 }
 
@@ -345,7 +358,7 @@ const char *cli_args_next(const cli_args *args, const char *name, int *cursor)
 {
     while (*cursor < args->n_given) {
         const cli_given *given = &args->given[(*cursor)++];
-        if (strcmp(given->flag->name, name) == 0) return given->value[0];
+        if (is_flag(given, name)) return given->value[0];
     }
     return NULL;
 }

@@ -54,13 +54,15 @@ extern const loxo_option cli_common_options[];
 extern const cli_flag cli_common_flags[];
 const char *cli_isa_name(loxo_isa isa);
 
+/* A flag, or an option of a table, whose value is in the settings. */
 typedef struct cli_given {
     const cli_flag *flag;
+    const loxo_option *option;
     const char *value[2];
 } cli_given;
 
 typedef struct cli_args {
-    cli_given *given; /* in the order of the command line */
+    cli_given *given; /* flags and options, in the order of the command line */
     int n_given;
     const char **operand;
     int n_operands;
@@ -76,6 +78,8 @@ void cli_args_destroy(cli_args *args);
 /* Value i of the last time a flag was given; NULL when it was not. */
 const char *cli_args_value(const cli_args *args, const char *name, int i);
 bool cli_args_has(const cli_args *args, const char *name);
+/* Whether an option of a table was, whatever its value. */
+bool cli_args_has_option(const cli_args *args, const loxo_option *option);
 /* The values of a repeatable flag one by one: *cursor starts at 0; NULL at the end. */
 const char *cli_args_next(const cli_args *args, const char *name, int *cursor);
 

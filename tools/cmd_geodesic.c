@@ -6,6 +6,7 @@
 #include "geodesic_report.h"
 #include "intrinsic.h"
 #include "measure_rows.h"
+#include "method.h"
 #include "picture.h"
 #include "queries.h"
 #include "run.h"
@@ -83,7 +84,7 @@ static void choose_order(geodesic_state *s, int64_t n_vertices)
     if (method == LOXO_GEODESIC_FAST || method == LOXO_GEODESIC_AUTO) s->mesh.order = LOXO_ORDER_HILBERT;
 }
 
-static loxo_status estimate(cli_run *run, geodesic_state *s)
+static loxo_status estimate(cli_run *run, geodesic_state *s, const cli_method *method)
 {
     loxo_mesh_counts counts;
     size_t mesh_bytes = 0, build_bytes = 0, work_bytes = 0;
@@ -95,6 +96,7 @@ static loxo_status estimate(cli_run *run, geodesic_state *s)
     const int64_t n = counts.n_vertices, n_faces = counts.n_faces;
     const size_t result_bytes = sizeof(double) * (size_t)n;
     choose_order(s, n);
+    if ((status = loxo_geodesic_resolve(run->ctx, n, 1, &s->geodesic)) < 0) return status;
     status = loxo_mesh_estimate(n, n_faces, counts.is_float, &s->mesh, &mesh_bytes, &build_bytes);
     if (status >= 0) status = loxo_geodesic_estimate(run->ctx, n, n_faces, &s->geodesic, &work_bytes, NULL);
     if (status < 0) return status;
@@ -113,6 +115,13 @@ static loxo_status estimate(cli_run *run, geodesic_state *s)
     if (intrinsic_bytes > 0) cli_estimate_part(run, "intrinsic_bytes", intrinsic_bytes);
     cli_estimate_part(run, "workspace_bytes", work_bytes);
     cli_estimate_part(run, "result_bytes", result_bytes);
+    if (method->is_auto && intrinsic_bytes == 0 &&
+        s->geodesic.method != LOXO_GEODESIC_EXACT) { /* the triangles are not looked at here */
+        loxo_mesh_estimate_intrinsic(n, n_faces, &s->intrinsic, &intrinsic_bytes, &flip_bytes);
+        const size_t bytes = mesh_bytes + flip_bytes > solve_bytes + intrinsic_bytes ? mesh_bytes + flip_bytes
+                                                                                     : solve_bytes + intrinsic_bytes;
+        cli_estimate_part(run, "bad_triangles_bytes", bytes > peak_bytes ? bytes : peak_bytes);
+    }
     cli_estimate_part(run, "process_bytes", peak_bytes + program_bytes);
     cli_estimate(run, peak_bytes,
                  cli_estimate_seconds(run, run->args.operand[0], &counts, &s->mesh, &s->geodesic, peak_bytes));
@@ -230,44 +239,12 @@ static loxo_status write_files(cli_run *run, const geodesic_state *s, const outp
     return status;
 }
 
-/* Whether mesh, an intrinsic triangulation of it and the solve fit together. */
-static bool intrinsic_fits(const cli_run *run, const geodesic_state *s, const loxo_mesh *mesh)
-{
-    const loxo_memory memory = loxo_context_memory(run->ctx);
-    const int64_t n = loxo_mesh_n_vertices(mesh), n_faces = loxo_mesh_n_faces(mesh);
-    size_t held = 0, peak = 0, workspace = 0;
-    loxo_mesh_estimate_intrinsic(n, n_faces, &s->intrinsic, &held, &peak);
-    if (loxo_geodesic_estimate(run->ctx, n, n_faces, &s->geodesic, &workspace, NULL) < 0) return false;
-    const size_t solve = held + workspace + sizeof(double) * (size_t)n;
-    return memory.current_bytes + (peak > solve ? peak : solve) <= memory.limit_bytes;
-}
-
-/* The method of --method auto, and whether it wants an intrinsic triangulation; says why. */
-static loxo_status choose_method(cli_run *run, geodesic_state *s, const loxo_mesh *mesh, bool *is_intrinsic)
-{
-    loxo_geodesic_choice choice;
-    if (s->geodesic.method != LOXO_GEODESIC_AUTO) return LOXO_OK;
-    const loxo_status status = loxo_geodesic_choose(run->ctx, mesh, &choice);
-    if (status < 0) return status;
-    const bool fits = !choice.intrinsic || intrinsic_fits(run, s, mesh);
-    const char *name = loxo_geodesic_method_name(choice.method);
-    s->geodesic.method = choice.method;
-    *is_intrinsic = *is_intrinsic || (choice.intrinsic && fits);
-    report_row(&run->report, "method", "%s%s: %s%s", name, *is_intrinsic ? ", intrinsic" : "", choice.reason,
-               fits ? "" : ", but does not fit into memory");
-    json_t *json = json_put_object(run->report.json, "choice");
-    json_put_text(json, "method", name);
-    json_put_bool(json, "intrinsic", *is_intrinsic);
-    json_put_number(json, "share_nondelaunay", choice.share_nondelaunay);
-    json_put_text(json, "reason", choice.reason);
-    return LOXO_OK;
-}
-
 static loxo_status geodesic_main(cli_run *run, void *state)
 {
     geodesic_state *s = state;
     const char *exact = cli_args_value(&run->args, "exact", 0);
     outputs outs = {.n = 0};
+    cli_method method;
     cli_sources sources = {0};
     loxo_soup soup = {0};
     loxo_mesh *mesh = NULL, *intrinsic = NULL;
@@ -278,9 +255,10 @@ static loxo_status geodesic_main(cli_run *run, void *state)
     if (cli_args_has(&run->args, "nearest-output")) s->geodesic.nearest = true;
     s->draw.title = cli_args_value(&run->args, "title", 0);
     s->draw.unit = cli_args_value(&run->args, "unit", 0);
+    if ((status = cli_method_by_options(run, &s->geodesic, &method)) < 0) return status;
     if (!s->common.estimate && (status = cli_sources_check(run)) < 0) return status;
     if ((status = check_files(run, s->common.estimate, &outs)) < 0) return status;
-    if (s->common.estimate) return estimate(run, s);
+    if (s->common.estimate) return estimate(run, s, &method);
     if ((status = check_memory(run, s)) < 0) return status;
     if ((status = cli_read_mesh(run, run->args.operand[0], &soup)) < 0) return status;
     sources.n_vertices = soup.n_vertices;
@@ -289,7 +267,9 @@ static loxo_status geodesic_main(cli_run *run, void *state)
     if ((status = make_mesh(run, s, &soup, &mesh)) < 0) goto done;
     if ((status = cli_sources_locate(run, mesh, &sources)) < 0) goto done;
     bool is_intrinsic = cli_args_has(&run->args, "intrinsic");
-    if ((status = choose_method(run, s, mesh, &is_intrinsic)) < 0) goto done;
+    const int64_t n_solves = outs.queries.matrix_path != NULL ? sources.n + 1 : 1;
+    status = cli_method_by_mesh(run, &method, mesh, n_solves, &s->geodesic, &s->intrinsic, &is_intrinsic);
+    if (status < 0) goto done;
     if (is_intrinsic && (status = cli_make_intrinsic(run, mesh, &s->intrinsic, &intrinsic)) < 0) goto done;
     status = LOXO_ERR_MEMORY;
     if ((distance = loxo_allocate(run->ctx, loxo_mesh_n_vertices(mesh), sizeof *distance)) == NULL) goto done;
@@ -339,11 +319,13 @@ const cli_command command_geodesic = {
     .name = "geodesic",
     .operands = "MESH -s V,.. -o FILE [options]",
     .summary = "distances over the surface from one or many sources",
-    .about =
-        "Reads a surface and computes the geodesic distance of every vertex from the sources by the parallel heat\n"
-        "method, or another. Vertices that no source reaches get infinity. The answer is checked before it is given; "
-        "one that\n"
-        "fails is written, marked in the report, and the exit code is 8.\n",
+    .about = "Reads a surface and computes the geodesic distance of every vertex from the sources. Without --method it "
+             "is exact\n"
+             "up to 20,000 vertices, a front of rays beyond, and on bad triangles on an intrinsic triangulation; an "
+             "option that\n"
+             "only some methods have chooses one of these. Vertices that no source reaches get infinity. The answer is "
+             "checked\n"
+             "before it is given; one that fails is written, marked in the report, and the exit code is 8.\n",
     .examples = "  loxo geodesic bunny.off -s 0 -o distance.npy --picture bunny.png\n"
                 "  loxo geodesic brain.surf.gii -s 0,17 -o distance.shape.gii --json report.json\n"
                 "  loxo geodesic scan.ply --source-point 0.1,0,0.3 --method face -o distance.ply\n"

@@ -3,6 +3,7 @@
 #include "base/os.h"
 #include "commands.h"
 #include "estimate.h"
+#include "method.h"
 #include "run.h"
 #include "sources.h"
 
@@ -63,13 +64,17 @@ static loxo_status check(cli_run *run, int64_t *count)
     return LOXO_OK;
 }
 
-static loxo_status estimate(cli_run *run, const sample_state *s)
+/* Whole solves that so many limited ones take together. */
+static int64_t whole_solves(int64_t count) { return 1 + (int64_t)log2((double)count); }
+
+static loxo_status estimate(cli_run *run, sample_state *s, int64_t count)
 {
     loxo_mesh_counts counts;
     size_t mesh_bytes = 0, build_bytes = 0, work_bytes = 0;
     loxo_status status = cli_count_mesh(run, run->args.operand[0], &counts);
     if (status < 0) return status;
     const int64_t n = counts.n_vertices;
+    if ((status = loxo_geodesic_resolve(run->ctx, n, whole_solves(count), &s->geodesic)) < 0) return status;
     status = loxo_mesh_estimate(n, counts.n_faces, counts.is_float, &s->mesh, &mesh_bytes, &build_bytes);
     if (status >= 0) status = loxo_geodesic_estimate(run->ctx, n, counts.n_faces, &s->geodesic, &work_bytes, NULL);
     if (status < 0) return status;
@@ -158,10 +163,12 @@ static loxo_status sample_main(cli_run *run, void *state)
     loxo_soup soup = {0};
     loxo_mesh *mesh = NULL;
     loxo_mesh_info info = {0};
+    cli_method method;
     int64_t count = 0;
     loxo_status status = check(run, &count);
+    if (status >= 0) status = cli_method_by_options(run, &s->geodesic, &method);
     if (status < 0) return status;
-    if (s->common.estimate) return estimate(run, s);
+    if (s->common.estimate) return estimate(run, s, count);
     if ((status = cli_read_mesh(run, run->args.operand[0], &soup)) < 0) return status;
     starts.n_vertices = soup.n_vertices;
     if ((status = cli_sources_read(run, &starts)) < 0) goto done;
@@ -179,7 +186,8 @@ static loxo_status sample_main(cli_run *run, void *state)
     const loxo_mesh_arrays arrays = loxo_soup_arrays(&soup);
     if ((status = loxo_mesh_create(run->ctx, &arrays, LOXO_BORROW, &s->mesh, &info, &mesh)) < 0) goto done;
     (void)cli_combine(run, status);
-    if ((status = solve(run, s, mesh, &starts, &p)) < 0) goto done;
+    status = cli_method_by_mesh(run, &method, mesh, whole_solves(count), &s->geodesic, NULL, NULL);
+    if (status < 0 || (status = solve(run, s, mesh, &starts, &p)) < 0) goto done;
     take_positions(&soup, &p);
     tell(run, &p);
     status = write_files(run, &p);

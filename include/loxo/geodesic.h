@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: MIT
- * Geodesic distance from one or many source vertices by the parallel heat method: heat diffusion, an integrable
- * gradient field by ADMM (on edges or on faces), integration in breadth-first order.
+ * Geodesic distance from one or many sources on a surface: exactly, by a front of rays, or by heat; the library chooses
+ * where it is left to it. Paths, nearest sources, farthest points and matrices of distances from it.
  *
- * source  Tao, Zhang, Deng, Fang, Peng, He 2021, Parallel and Scalable Heat Methods for Geodesic Distance Computation,
- *         IEEE TPAMI 43(2), sections 3, 4, 5.1, 5.2. What differs is said in src/solver/geodesic/parallel_heat/README.md. */
+ * source  of edge and face: Tao, Zhang, Deng, Fang, Peng, He 2021, Parallel and Scalable Heat Methods for Geodesic Distance Computation,
+ *         IEEE TPAMI 43(2), sections 3, 4, 5.1, 5.2. What differs, and the sources of the other methods, is said in
+ *         src/solver/geodesic/README.md. */
 #ifndef LOXO_GEODESIC_H
 #define LOXO_GEODESIC_H
 
@@ -23,7 +24,7 @@ typedef struct loxo_geodesic loxo_geodesic;
     X(FAST, fast, "a front of rays that moves outward once; an order more accurate than heat, and faster")             \
     X(HEAT, heat, "the heat method of Crane et al.: heat, directions, a Poisson equation")                             \
     X(VARIATIONAL, variational, "the same, then less of the integral of (|grad d| - 1)^2 by ADMM")                     \
-    X(AUTO, auto, "exact on small meshes, else fast")
+    X(AUTO, auto, "exact on small meshes, else fast; a heat method where a setting that only those have is changed")
 
 typedef enum loxo_geodesic_method {
 #define LOXO_GEODESIC_METHOD_ROW(NAME, name, help) LOXO_GEODESIC_##NAME,
@@ -48,19 +49,23 @@ typedef enum loxo_geodesic_factor {
 } loxo_geodesic_factor;
 
 typedef struct loxo_geodesic_settings {
-    loxo_geodesic_method method;
+    loxo_geodesic_method method; /* LOXO_GEODESIC_AUTO: as loxo_geodesic_choose for one solve */
+    /* of edge, face, heat and variational */
     loxo_geodesic_diffusion diffusion;
-    double time_factor;          /* m of eq. (28): time = m * (mean edge length)^2; > 0 */
-    double diffusion_tolerance;  /* change of the directions, eq. (8), that is still to come when a level is left */
-    int64_t n_sweeps;            /* of LOXO_DIFFUSION_SWEEPS */
+    double time_factor;         /* m of eq. (28): time = m * (mean edge length)^2; > 0 */
+    double diffusion_tolerance; /* change of the directions, eq. (8), that is still to come when a level is left */
+    int64_t n_sweeps;           /* of LOXO_DIFFUSION_SWEEPS */
+    /* of edge, face and variational */
     double penalty;              /* mu of ADMM; > 0 */
     int64_t n_iterations;        /* most ADMM iterations (I_max) */
     double primal_tolerance;     /* epsilon_1, relative to the mean edge length: scale-free */
-    double dual_tolerance;       /* epsilon_2 */
+    double dual_tolerance;       /* epsilon_2, of edge and face */
     loxo_geodesic_factor factor; /* of heat and variational */
-    bool global_constraints;     /* eqs. (23)-(26): cycles of surfaces that are no disk, paths between sources */
-    double max_distance;         /* vertices farther than this get infinity; > 0, +infinity: no limit */
-    bool nearest; /* keep the nearest source of each vertex, for loxo_geodesic_nearest: 4 bytes a vertex */
+    bool
+        global_constraints; /* of edge and face, eqs. (23)-(26): cycles of surfaces that are no disk, paths between sources */
+    /* of all */
+    double max_distance; /* vertices farther than this get infinity; > 0, +infinity: no limit */
+    bool nearest;        /* keep the nearest source of each vertex, for loxo_geodesic_nearest: 4 bytes a vertex */
     double
         check_gradient_share; /* result of a heat method fails its check when |grad d| is off 1 by over 10 % on more of the area */
     double check_breach; /* ... or when the 99th percentile of |d(a) - d(b)| / |ab| - 1 over the edges is more */
@@ -132,16 +137,26 @@ typedef struct loxo_geodesic_info {
     bool check_passed;
 } loxo_geodesic_info;
 
-/* What LOXO_GEODESIC_AUTO does on a mesh, and why. */
+/* What to solve with on a mesh, and why. */
 typedef struct loxo_geodesic_choice {
     loxo_geodesic_method method;
     bool intrinsic; /* a triangulation by loxo_mesh_create_intrinsic is worth its making: the caller's business */
     double share_nondelaunay; /* of the inner edges, on a sample of the faces: opposite angles add up to more than pi */
-    const char *reason;       /* one line, static storage */
+    const char *reason;       /* of the method, one line, static storage */
 } loxo_geodesic_choice;
 
-/* LOXO_OK, LOXO_ERR_ARGUMENT. Looks at 100,000 faces at most. */
-LOXO_API loxo_status loxo_geodesic_choose(loxo_context *ctx, const loxo_mesh *mesh, loxo_geodesic_choice *choice);
+/* Puts the method that is to be used in the place of LOXO_GEODESIC_AUTO: of those that have every setting that is not its
+ * default, exact on small meshes, else fast, else the first in the list of methods. Another method stays.
+ *   n_solves   how many are to come, at least 1; farthest points take as many whole ones as log2 of their number
+ * returns      LOXO_OK; LOXO_ERR_ARGUMENT: settings that no one method has */
+LOXO_API loxo_status loxo_geodesic_resolve(loxo_context *ctx, int64_t n_vertices, int64_t n_solves,
+                                           loxo_geodesic_settings *settings);
+/* The same on a mesh, with a look at 100,000 of its faces at most, and why.
+ *   settings   NULL: the defaults
+ * returns      as loxo_geodesic_resolve; LOXO_ERR_ARGUMENT: a setting out of its range, too */
+LOXO_API loxo_status loxo_geodesic_choose(loxo_context *ctx, const loxo_mesh *mesh,
+                                          const loxo_geodesic_settings *settings, int64_t n_solves,
+                                          loxo_geodesic_choice *choice);
 
 /* Prepares solves on a mesh, for any number of source sets. The mesh must outlive it.
  *   settings   copied; NULL: the defaults
@@ -174,7 +189,7 @@ LOXO_API loxo_status loxo_geodesic_solve(loxo_geodesic *geodesic, const loxo_ind
 LOXO_API loxo_status loxo_geodesic_solve_points(loxo_geodesic *geodesic, const loxo_surface_point *points,
                                                 int64_t n_points, double *distance, loxo_geodesic_info *info);
 
-/* Limits the solves that follow, as settings.max_distance does. Where the method can (edge and face), a solve then costs what
+/* Limits the solves that follow, as settings.max_distance does. Where the method can (edge, face and fast), a solve then costs what
  * the ball costs, a margin around it and a pass over the distances; create costs what it does without a limit. LOXO_ERR_ARGUMENT: not above 0, NaN. */
 LOXO_API loxo_status loxo_geodesic_limit(loxo_geodesic *geodesic, double max_distance);
 
@@ -210,7 +225,7 @@ LOXO_API loxo_status loxo_geodesic_trace(loxo_context *ctx, const loxo_mesh *mes
  *   distance   [n_vertices] out, may be NULL: to the nearest of all points
  * returns      LOXO_OK; the statuses of solves, the worst of those that are no failures (nothing is checked);
  *              LOXO_ERR_ARGUMENT: n_points < n_start, a vertex out of range, more points than vertices that are apart
- * cost         where solves are limited (edge, face) some log(n_points) whole ones, and two passes over the distances a point;
+ * cost         where solves are limited (edge, face, fast) some log(n_points) whole ones, and two passes over the distances a point;
  *              8 bytes a vertex more */
 LOXO_API loxo_status loxo_geodesic_farthest_points(loxo_geodesic *geodesic, const loxo_index *start, int64_t n_start,
                                                    int64_t n_points, loxo_index *point, double *radius,

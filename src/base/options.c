@@ -32,6 +32,11 @@ static double value_of(const loxo_option *option, const void *settings)
     return NAN;
 }
 
+bool loxo_option_differs(const loxo_option *option, const void *a, const void *b)
+{
+    return value_of(option, a) != value_of(option, b);
+}
+
 static int n_choices(const loxo_option *option)
 {
     int n = 0;

@@ -22,6 +22,7 @@ typedef struct loxo_option {
     double min, max; /* inclusive; exclusive_min makes min itself out of range */
     bool exclusive_min;
     const char *const *choices; /* of LOXO_OPTION_CHOICE, ends with NULL; the index is the value */
+    uint32_t methods;           /* bit i: value i of the table's choice "method" looks at it; 0: every one does */
     const char *help;           /* one line, with the unit */
 } loxo_option;
 
@@ -36,6 +37,8 @@ loxo_status loxo_options_set(loxo_context *ctx, const char *who, const loxo_opti
 const loxo_option *loxo_options_find(const loxo_option *options, const char *name);
 /* The value as text that loxo_options_set takes back to the same bits. Returns the length snprintf would. */
 int loxo_option_print(const loxo_option *option, const void *settings, char *text, size_t n);
+
+bool loxo_option_differs(const loxo_option *option, const void *a, const void *b);
 
 /* The tables. Each stands beside its defaults; they are declared here so that tools see one header. */
 extern const loxo_option loxo_geodesic_options[];

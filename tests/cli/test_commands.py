@@ -75,7 +75,7 @@ def intrinsic_triangulations():
     assert "intrinsic" not in loxo("info", mesh, "--json", "-").json
     error = {}
     for flag in ("--verbose", "--intrinsic"):
-        loxo("geodesic", mesh, "-s", "0", flag, "-o", "d.npy", "-o", "d.ply", "--json", "r.json")
+        loxo("geodesic", mesh, "-s", "0", "--method", "edge", flag, "-o", "d.npy", "-o", "d.ply", "--json", "r.json")
         assert report("r.json")["exit_code"] in (0, 8)
         d = npy("d.npy")
         truth = [math.hypot(x, y) for x, y, _ in v]
@@ -203,6 +203,31 @@ def geodesic_on_a_sphere():
         assert d[0] == 0 and math.isclose(max(d), info["distance_max"]) and 3.0 < max(d) < 3.3
         m = loxo("measure", "d.npy", "exact.npy", "--json", "-").is_code(0).json["error"]
         assert m == j["error"]
+
+
+@test
+def geodesic_chooses_its_method():
+    mesh = sphere("s.ply", 2500)
+    for words, method, because in (([], "exact", "small enough"), (["--method", "auto"], "exact", "small enough"),
+                                   (["--iterations", "10"], "edge", "--iterations is an option of edge, face, variational"),
+                                   (["--factor", "multigrid", "--sweeps", "9"], "heat",
+                                    "--sweeps, --factor are options of heat, variational"),
+                                   (["--factor", "multigrid", "--penalty", "9"], "variational", "are options of variational")):
+        for command in (["geodesic", mesh, "-s", "0", "-o", "d.npy"], ["sample", mesh, "--count", "3", "-o", "p.csv"]):
+            r = loxo(*command, *words, "--json", "-").is_code(0).has_err(rf"^method +{method}: .*{because}")
+            assert r.json["choice"]["method"] == method and because in r.json["choice"]["reason"], r.json["choice"]
+            assert r.json["settings"]["geodesic"]["method"] == "auto"
+    loxo("geodesic", mesh, "-s", "0", "-o", "x.npy", "--factor", "multigrid", "--global-constraints").fails(
+        2, "geodesic: no method has all of --factor, --global-constraints")
+    r = loxo("geodesic", mesh, "-s", "0", "-o", "d.npy", "--method", "fast", "--penalty", "3", "--strict").is_code(1)
+    r.has_err("warning: --penalty changes nothing in method fast; it is an option of edge, face, variational$")
+    if loxo("generate", "icosphere", "--vertices", fitting(25000), "-o", "l.ply").is_code(0) and fitting(25000) == 25000:
+        loxo("geodesic", "l.ply", "-s", "0", "-o", "d.npy").has_err(r"^method +fast: ")
+    with open("many.txt", "w", encoding="ascii") as f:
+        f.write(" ".join(str(i) for i in range(1000)))
+    loxo("geodesic", mesh, "--sources", "many.txt", "-o", "d.npy").is_code(0).has_err(r"^method +exact: ")
+    r = loxo("geodesic", mesh, "--sources", "many.txt", "--matrix", "m.npy").is_code(0)
+    r.has_err(r"^method +fast: the mesh is small enough for exact distances, but not for so many solves$")
 
 
 @test
@@ -395,7 +420,7 @@ def estimate_of_more_than_the_limit():
         with open("e.json", encoding="utf-8") as f:
             e = json.load(f)["estimate"]
         assert e["fits"] is False and e["limit_bytes"] == 1024, e
-        for more in ([], ["--method", "face"], ["--order", "hilbert"], ["--global-constraints"]):
+        for more in ([], ["--method", "edge"], ["--method", "face"], ["--order", "hilbert"], ["--global-constraints"]):
             e = loxo("geodesic", name, "--estimate", "--json", "-", *more).is_code(0).json["estimate"]
             m = loxo("geodesic", name, "-s", "0", "--json", "-", *more).is_code(0).json["memory"]
             assert m["peak_bytes"] <= e["peak_bytes"] <= 1.3 * m["peak_bytes"] + 1e6, (name, more, e, m)

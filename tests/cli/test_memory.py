@@ -65,7 +65,8 @@ def generate():
 def geodesic():
     mesh = octahedron()
     loxo("convert", mesh, "--subdivide", "3", "-o", "o.ply").is_code(0)
-    fail_each(["geodesic", "o.ply", "-s", "0,3", "-o", "d.npy"], ["d.npy"], lambda r: read("d.npy"))
+    for more in ([], ["--method", "edge"]):
+        fail_each(["geodesic", "o.ply", "-s", "0,3", "-o", "d.npy", *more], ["d.npy"], lambda r: read("d.npy"))
 
 
 main()

@@ -198,7 +198,8 @@ TEST(given_heat_recovers_the_same_bits)
     double *distance = surface_numbers(&s), *again = surface_numbers(&s), *value = surface_numbers(&s);
     int32_t *scale = loxo_allocate(test_context, s.soup.n_vertices, sizeof *scale);
     loxo_geodesic *g;
-    CHECK_OK(loxo_geodesic_create(test_context, s.mesh, NULL, &g));
+    const loxo_geodesic_settings settings = unjudged_settings(LOXO_GEODESIC_EDGE);
+    CHECK_OK(loxo_geodesic_create(test_context, s.mesh, &settings, &g));
     CHECK_OK(loxo_geodesic_solve(g, (const loxo_index[]){9}, 1, distance, NULL));
     CHECK_OK(loxo_geodesic_heat(g, value, scale));
     CHECK_OK(loxo_geodesic_solve_from_heat(g, (const loxo_index[]){9}, 1, value, scale, again, NULL));

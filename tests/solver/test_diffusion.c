@@ -318,7 +318,8 @@ TEST(there_is_no_heat_before_the_first_solve)
     surface s = surface_make(test_context, LOXO_SHAPE_ICOSPHERE, 42, NAN);
     heat u = heat_allocate(&s);
     loxo_geodesic *g;
-    CHECK_OK(loxo_geodesic_create(test_context, s.mesh, NULL, &g));
+    const loxo_geodesic_settings settings = unjudged_settings(LOXO_GEODESIC_EDGE);
+    CHECK_OK(loxo_geodesic_create(test_context, s.mesh, &settings, &g));
     CHECK_STATUS(test_context, loxo_geodesic_heat(g, u.value, u.scale), LOXO_ERR_ARGUMENT);
     loxo_geodesic_destroy(g);
     heat_release(&u);

@@ -407,7 +407,7 @@ TEST(auto_chooses_by_size_and_shape)
         loxo_geodesic_choice choice;
         const loxo_geodesic_settings settings = settings_of(LOXO_GEODESIC_AUTO), same = settings_of(cases[i].method);
         size_t bytes = 0, same_bytes = 1;
-        CHECK_OK(loxo_geodesic_choose(test_context, s.mesh, &choice));
+        CHECK_OK(loxo_geodesic_choose(test_context, s.mesh, NULL, 1, &choice));
         CHECK_EQUAL(choice.method, cases[i].method);
         CHECK(!choice.intrinsic && choice.share_nondelaunay < 0.08 && strlen(choice.reason) > 10);
         CHECK_OK(loxo_geodesic_distance(test_context, s.mesh, &settings, (const loxo_index[]){0}, 1, distance, &info));
@@ -419,14 +419,52 @@ TEST(auto_chooses_by_size_and_shape)
         loxo_release(test_context, distance);
         surface_destroy(&s);
     }
-    CHECK_STATUS(test_context, loxo_geodesic_choose(test_context, NULL, NULL), LOXO_ERR_ARGUMENT);
+    CHECK_STATUS(test_context, loxo_geodesic_choose(test_context, NULL, NULL, 1, NULL), LOXO_ERR_ARGUMENT);
     /* uneven triangles, stretched */
     loxo_soup soup = soup_make(test_context, LOXO_SHAPE_NOISY, 25000, 0.3);
     for (int64_t v = 0; v < soup.n_vertices; ++v)
         soup.position[3 * v] *= 5.0;
     surface s = surface_from_soup(test_context, soup, LOXO_ORDER_AUTO);
     loxo_geodesic_choice choice;
-    CHECK_OK(loxo_geodesic_choose(test_context, s.mesh, &choice));
+    CHECK_OK(loxo_geodesic_choose(test_context, s.mesh, NULL, 1, &choice));
     CHECK(choice.intrinsic && choice.share_nondelaunay > 0.08);
     surface_destroy(&s);
+    /* rectangles have two diagonals that are as good */
+    s = surface_make(test_context, LOXO_SHAPE_TORUS, 2000, NAN);
+    CHECK_OK(loxo_geodesic_choose(test_context, s.mesh, NULL, 1, &choice));
+    CHECK_EQUAL(choice.share_nondelaunay, 0.0);
+    surface_destroy(&s);
+}
+
+static loxo_geodesic_method resolved(loxo_geodesic_settings settings, int64_t n_solves)
+{
+    CHECK_OK(loxo_geodesic_resolve(test_context, 10000, n_solves, &settings));
+    return settings.method;
+}
+
+TEST(auto_takes_what_has_every_changed_setting)
+{
+    const loxo_geodesic_settings defaults = loxo_geodesic_settings_default();
+    loxo_geodesic_settings s = defaults;
+    CHECK_EQUAL(defaults.method, LOXO_GEODESIC_AUTO);
+    CHECK_EQUAL(resolved(s, 1), LOXO_GEODESIC_EXACT);
+    CHECK_EQUAL(resolved(s, 100), LOXO_GEODESIC_EXACT);
+    CHECK_EQUAL(resolved(s, 1000), LOXO_GEODESIC_FAST);
+    CHECK_EQUAL(resolved(s, INT64_MAX), LOXO_GEODESIC_FAST);
+    s.max_distance = 3.0, s.nearest = true, s.check_breach = 0.1, s.check_gradient_share = 0.1; /* all have these */
+    CHECK_EQUAL(resolved(s, 1), LOXO_GEODESIC_EXACT);
+    s.n_iterations = 5;
+    CHECK_EQUAL(resolved(s, 1), LOXO_GEODESIC_EDGE);
+    s.factor = LOXO_FACTOR_CHOLESKY;
+    CHECK_EQUAL(resolved(s, 1), LOXO_GEODESIC_VARIATIONAL);
+    s.n_iterations = defaults.n_iterations;
+    CHECK_EQUAL(resolved(s, 1), LOXO_GEODESIC_HEAT);
+    s.global_constraints = true;
+    CHECK_STATUS(test_context, loxo_geodesic_resolve(test_context, 10000, 1, &s), LOXO_ERR_ARGUMENT);
+    CHECK_EQUAL(s.method, LOXO_GEODESIC_AUTO);
+    s.method = LOXO_GEODESIC_FACE; /* named: what it has not is not looked at */
+    CHECK_EQUAL(resolved(s, 1), LOXO_GEODESIC_FACE);
+    CHECK_STATUS(test_context, loxo_geodesic_resolve(test_context, 10, 0, &s), LOXO_ERR_ARGUMENT);
+    CHECK_STATUS(test_context, loxo_geodesic_resolve(test_context, -1, 1, &s), LOXO_ERR_ARGUMENT);
+    CHECK_STATUS(test_context, loxo_geodesic_resolve(test_context, 10, 1, NULL), LOXO_ERR_ARGUMENT);
 }

@@ -105,7 +105,8 @@ TEST(heat_that_is_not_finite_is_refused)
     loxo_geodesic *g;
     for (int64_t v = 0; v < s.soup.n_vertices; ++v)
         value[v] = v == 42 ? HUGE_VAL : 1.0 + (double)v, distance[v] = -7.0;
-    CHECK_OK(loxo_geodesic_create(test_context, s.mesh, NULL, &g));
+    const loxo_geodesic_settings settings = unjudged_settings(LOXO_GEODESIC_EDGE);
+    CHECK_OK(loxo_geodesic_create(test_context, s.mesh, &settings, &g));
     CHECK_STATUS(test_context,
                  loxo_geodesic_solve_from_heat(g, (const loxo_index[]){3}, 1, value, NULL, distance, NULL),
                  LOXO_ERR_ARGUMENT);

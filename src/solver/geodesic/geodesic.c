@@ -72,7 +72,7 @@ loxo_status loxo_geodesic_create(loxo_context *ctx, const loxo_mesh *mesh, const
     if (status < 0) return status;
     if (loxo_mesh_n_faces(mesh) == 0) return loxo_fail(ctx, LOXO_ERR_MESH, "geodesic: the mesh has no faces");
 
-    if (chosen.method == LOXO_GEODESIC_AUTO) chosen.method = geodesic_method_for(loxo_mesh_get_view(mesh).n_vertices);
+    if ((status = loxo_geodesic_resolve(ctx, loxo_mesh_get_view(mesh).n_vertices, 1, &chosen)) < 0) return status;
     g = loxo_allocate(ctx, 1, sizeof *g);
     if (g == NULL) return LOXO_ERR_MEMORY;
     *g = (loxo_geodesic){.engine = engines[chosen.method]};
@@ -320,9 +320,9 @@ loxo_status loxo_geodesic_estimate(loxo_context *ctx, int64_t n_vertices, int64_
         return loxo_fail(ctx, LOXO_ERR_ARGUMENT, "geodesic: a negative number of vertices or faces");
     if (n_vertices > LOXO_INDEX_MAX || n_faces > LOXO_INDEX_MAX / 3)
         return loxo_fail(ctx, LOXO_ERR_LIMIT, "geodesic: more vertices or half-edges than ids");
-    const loxo_status status = loxo_options_check(ctx, "geodesic", loxo_geodesic_options, &problem.settings);
+    loxo_status status = loxo_options_check(ctx, "geodesic", loxo_geodesic_options, &problem.settings);
+    if (status >= 0) status = loxo_geodesic_resolve(ctx, n_vertices, 1, &problem.settings);
     if (status < 0) return status;
-    if (problem.settings.method == LOXO_GEODESIC_AUTO) problem.settings.method = geodesic_method_for(n_vertices);
     const geodesic_engine *engine = engines[problem.settings.method];
     problem.m.n_vertices = n_vertices;
     problem.m.n_faces = n_faces;

@@ -34,7 +34,7 @@ loxo_status geodesic_seeds_by_point(const geodesic_problem *problem, const loxo_
 loxo_status geodesic_check(const geodesic_problem *problem, const double *distance, const loxo_index *vertices,
                            int64_t n_vertices, loxo_geodesic_info *info);
 
-/* choose.c: what LOXO_GEODESIC_AUTO stands for on a mesh of so many vertices. */
-loxo_geodesic_method geodesic_method_for(int64_t n_vertices);
+/* settings.c: the methods (bit 1 << method) that look at every setting that is not its default. */
+uint32_t geodesic_methods_of(const loxo_geodesic_settings *settings);
 
 #endif

@@ -1,15 +1,14 @@
 /* SPDX-License-Identifier: MIT
  * Settings of the geodesic solver: defaults in one function, everything else about them in one table. */
 #include "base/options.h"
-
-#include <loxo/geodesic.h>
+#include "solver/geodesic/geodesic_internal.h"
 
 #include <math.h>
 
 loxo_geodesic_settings loxo_geodesic_settings_default(void)
 {
     return (loxo_geodesic_settings){
-        .method = LOXO_GEODESIC_EDGE,
+        .method = LOXO_GEODESIC_AUTO,
         .diffusion = LOXO_DIFFUSION_MARCHING,
         .time_factor = 1.0, /* t = h^2, eq. (28) */
         .diffusion_tolerance = 1e-3,
@@ -31,6 +30,12 @@ loxo_geodesic_settings loxo_geodesic_settings_default(void)
 
 #define FIELD(name) offsetof(loxo_geodesic_settings, name)
 
+/* Which methods look at an option. */
+#define EDGE_FACE (1U << LOXO_GEODESIC_EDGE | 1U << LOXO_GEODESIC_FACE)
+#define BY_FACTOR (1U << LOXO_GEODESIC_HEAT | 1U << LOXO_GEODESIC_VARIATIONAL)
+#define BY_ADMM   (EDGE_FACE | 1U << LOXO_GEODESIC_VARIATIONAL)
+#define BY_HEAT   (EDGE_FACE | BY_FACTOR)
+
 #define CHOICE(NAME, name, help) #name,
 #define HELP(NAME, name, help)   help,
 static const char *const methods[] = {LOXO_GEODESIC_METHOD_LIST(CHOICE) NULL};
@@ -42,32 +47,37 @@ const loxo_option loxo_geodesic_options[] = {
      .type = LOXO_OPTION_CHOICE,
      .offset = FIELD(method),
      .choices = methods,
-     .help = "how distances are found: parallel heat on edges or on faces, heat with Poisson, or exactly"},
+     .help = "how distances are found; auto: what the mesh and the options given call for"},
     {.name = "diffusion",
      .type = LOXO_OPTION_CHOICE,
+     .methods = BY_HEAT,
      .offset = FIELD(diffusion),
      .choices = diffusions,
      .help = "marching window that stops by tolerance, or the paper's sweeps"},
     {.name = "time-factor",
      .type = LOXO_OPTION_DOUBLE,
+     .methods = BY_HEAT,
      .offset = FIELD(time_factor),
      .min = 1e-6,
      .max = 1e8,
      .help = "m of t = m h^2, h the mean edge length"},
     {.name = "diffusion-tolerance",
      .type = LOXO_OPTION_DOUBLE,
+     .methods = BY_HEAT,
      .offset = FIELD(diffusion_tolerance),
      .min = 1e-12,
      .max = 1.0,
      .help = "change of the directions, eq. (8), below which a level is final"},
     {.name = "sweeps",
      .type = LOXO_OPTION_INT64,
+     .methods = BY_HEAT,
      .offset = FIELD(n_sweeps),
      .min = 1.0,
      .max = 1e9,
      .help = "number of sweeps of --diffusion sweeps"},
     {.name = "penalty",
      .type = LOXO_OPTION_DOUBLE,
+     .methods = BY_ADMM,
      .offset = FIELD(penalty),
      .min = 0.0,
      .max = 1e12,
@@ -75,29 +85,34 @@ const loxo_option loxo_geodesic_options[] = {
      .help = "mu of ADMM"},
     {.name = "iterations",
      .type = LOXO_OPTION_INT64,
+     .methods = BY_ADMM,
      .offset = FIELD(n_iterations),
      .min = 0.0,
      .max = 1e9,
      .help = "most ADMM iterations"},
     {.name = "primal-tolerance",
      .type = LOXO_OPTION_DOUBLE,
+     .methods = BY_ADMM,
      .offset = FIELD(primal_tolerance),
      .min = 0.0,
      .max = 1.0,
      .help = "ADMM stops when both residuals are below their tolerances"},
     {.name = "dual-tolerance",
      .type = LOXO_OPTION_DOUBLE,
+     .methods = EDGE_FACE,
      .offset = FIELD(dual_tolerance),
      .min = 0.0,
      .max = 1.0,
      .help = "the same for the dual residual"},
     {.name = "factor",
      .type = LOXO_OPTION_CHOICE,
+     .methods = BY_FACTOR,
      .offset = FIELD(factor),
      .choices = factors,
-     .help = "heat, variational: multigrid takes linear memory, cholesky makes factors once for many solves"},
+     .help = "multigrid takes linear memory, cholesky makes factors once for many solves"},
     {.name = "global-constraints",
      .type = LOXO_OPTION_BOOL,
+     .methods = EDGE_FACE,
      .offset = FIELD(global_constraints),
      .help = "line integrals vanish along cycles of surfaces that are no disk, and between sources"},
     {.name = "max-distance",
@@ -135,4 +150,13 @@ const char *loxo_geodesic_method_help(loxo_geodesic_method method)
 {
     static const char *const helps[] = {LOXO_GEODESIC_METHOD_LIST(HELP)};
     return method >= 0 && method < LOXO_GEODESIC_N_METHODS ? helps[method] : "unknown";
+}
+
+uint32_t geodesic_methods_of(const loxo_geodesic_settings *settings)
+{
+    const loxo_geodesic_settings defaults = loxo_geodesic_settings_default();
+    uint32_t left = (1U << LOXO_GEODESIC_N_METHODS) - 1U;
+    for (const loxo_option *o = loxo_geodesic_options; o->name != NULL; ++o)
+        if (o->methods != 0 && loxo_option_differs(o, settings, &defaults)) left &= o->methods;
+    return left;
 }
