@@ -228,32 +228,43 @@ static int64_t reserve(int64_t *count, int64_t n, int64_t capacity)
     return begin + n <= capacity ? begin : -1;
 }
 
-/* Asks for what the fan of v will look up: the front meets most of its vertices and faces for the first time. */
-static void ask_for_fan(const fast_state *s, loxo_index v)
+/* Asks for what the fans of the vertices fresh[begin..end-1] will look up: the front meets most of its vertices and faces for the
+ * first time. All fans take a step at a time, so that what the next step needs of one comes while the others take theirs. */
+static void ask_for_fans(const fast_state *s, int64_t begin, int64_t end)
 {
     const loxo_mesh_view *m = &s->m;
-    const loxo_index first = m->vertex_halfedge[v];
-    loxo_index h = first;
-    do {
-        const loxo_index back = k_previous(h), z = m->halfedge_vertex[back];
-        __builtin_prefetch(&s->distance[z]);
-        __builtin_prefetch(&s->jet[z]);
-        __builtin_prefetch(&s->flags[z]);
-        __builtin_prefetch(&m->vertex_halfedge[z]);
-        if (m->position != NULL)
-            __builtin_prefetch(&m->position[z]);
-        else
-            __builtin_prefetch(&m->position_float[z]);
-        h = m->halfedge_twin[back];
-    } while (h >= 0 && h != first);
+    loxo_index now[FAST_EXPAND_CHUNK], first[FAST_EXPAND_CHUNK];
+    int64_t n = end - begin;
+    for (int64_t i = 0; i < n; ++i)
+        now[i] = first[i] = m->vertex_halfedge[s->fresh[begin + i]];
+    while (n > 0) {
+        int64_t n_left = 0;
+        for (int64_t i = 0; i < n; ++i) {
+            const loxo_index back = k_previous(now[i]), z = m->halfedge_vertex[back], h = m->halfedge_twin[back];
+            __builtin_prefetch(&s->distance[z]);
+            __builtin_prefetch(&s->jet[z]);
+            __builtin_prefetch(&s->flags[z]);
+            __builtin_prefetch(&s->awaited[z]);
+            __builtin_prefetch(&m->vertex_halfedge[z]);
+            if (m->position != NULL)
+                __builtin_prefetch(&m->position[z]);
+            else
+                __builtin_prefetch(&m->position_float[z]);
+            if (h < 0 || h == first[i]) continue;
+            __builtin_prefetch(&m->halfedge_vertex[k_previous(h)]);
+            __builtin_prefetch(&m->halfedge_twin[k_previous(h)]);
+            now[n_left] = h;
+            first[n_left++] = first[i];
+        }
+        n = n_left;
+    }
 }
 
 void fast_expand(fast_state *s, int64_t begin, int64_t end)
 {
     fast_bench *b = &s->bench[s->n_threads > 1 ? loxo_thread_id() : 0];
     int64_t k = 0, n_tasks = 0, n_steps = 0, n_woken = 0;
-    for (int64_t i = begin; i < end; ++i)
-        ask_for_fan(s, s->fresh[i]);
+    ask_for_fans(s, begin, end);
     for (int64_t i = begin; i < end; ++i) {
         if ((k = lay_fan(&s->m, b, s->fresh[i], k)) >= 0) continue;
         for (k = 0; begin < end; ++begin)

@@ -111,7 +111,8 @@ static inline unsigned fast_flags(const fast_state *s, loxo_index v)
     return __atomic_load_n(&s->flags[v], __ATOMIC_RELAXED);
 }
 
-/* expand.c: the vertices of fresh[begin..end-1]: their slopes, and what they emit. */
+/* expand.c: the vertices of fresh[begin..end-1], at most FAST_EXPAND_CHUNK: their slopes, and what they emit. */
+#define FAST_EXPAND_CHUNK ((int64_t)32)
 void fast_expand(fast_state *s, int64_t begin, int64_t end);
 /* Tasks that one vertex emits at most, and steps, for each spoke. */
 #define FAST_TASKS_A_SPOKE   2

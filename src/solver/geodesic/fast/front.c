@@ -12,9 +12,9 @@
 #include <string.h>
 
 #define SELECT_CHUNK   ((int64_t)512)
-#define EXPAND_CHUNK   ((int64_t)32)
 #define COMMIT_CHUNK   ((int64_t)2 * K_JETS)
 #define LISTS_AT_FIRST 65536
+#define ASK_AHEAD      12
 
 /* The bits of a distance: as whole numbers they are ordered as distances are. */
 static uint64_t bits_of(double distance)
@@ -61,6 +61,22 @@ static loxo_index find_nearer(const fast_state *s, loxo_index v, double d)
     return -1;
 }
 
+/* Asks for what looking at the queue's entries after i will need: most of it is in a farther cache. */
+static inline void ask_ahead(const fast_state *s, const loxo_index *queue, int64_t i, int64_t end)
+{
+    if (i + 2 * ASK_AHEAD < end) {
+        __builtin_prefetch(&s->distance[queue[i + 2 * ASK_AHEAD]]);
+        __builtin_prefetch(&s->jet[queue[i + 2 * ASK_AHEAD]]);
+    }
+    if (i + ASK_AHEAD < end) {
+        const loxo_index v = queue[i + ASK_AHEAD], ray = s->jet[v].ray;
+        if (ray < 0 || s->distance[v] > s->horizon + FAST_WIDTH * (double)s->jet[v].length) return;
+        __builtin_prefetch(&s->m.halfedge_vertex[ray]);
+        __builtin_prefetch(&s->m.halfedge_twin[ray]);
+        __builtin_prefetch(&s->flags[v], 1);
+    }
+}
+
 /* Of those in the queue, the ones that are too far before the horizon stay; the ones that have a nearer neighbour leave it until
  * that is final; the others become final. */
 static void select_chunk(fast_state *s, int64_t begin, int64_t end)
@@ -68,22 +84,25 @@ static void select_chunk(fast_state *s, int64_t begin, int64_t end)
     loxo_index fresh[SELECT_CHUNK], kept[SELECT_CHUNK];
     int64_t n_fresh = 0, n_kept = 0;
     uint64_t least = UINT64_MAX;
+    const loxo_index *queue = s->queue[s->side];
     for (int64_t i = begin; i < end; ++i) {
-        const loxo_index v = s->queue[s->side][i];
+        const loxo_index v = queue[i];
+        ask_ahead(s, queue, i, end);
         const double d = s->distance[v];
         const bool is_near = d <= s->horizon + FAST_WIDTH * (double)s->jet[v].length;
         const loxo_index nearer = is_near ? find_nearer(s, v, d) : -1;
-        unsigned flags = fast_flags(s, v) & ~(unsigned)FAST_QUEUED;
-        s->awaited[v] = nearer;
-        if (nearer < 0) {
-            if (bits_of(d) < least) least = bits_of(d);
-            if (is_near)
-                fresh[n_fresh++] = v;
-            else
-                kept[n_kept++] = v;
-            flags = is_near ? FAST_FINAL | FAST_NEW : flags | FAST_QUEUED;
+        if (nearer >= 0) {
+            s->awaited[v] = nearer;
+            __atomic_store_n(&s->flags[v], (uint8_t)(fast_flags(s, v) & ~(unsigned)FAST_QUEUED), __ATOMIC_RELAXED);
+            continue;
         }
-        __atomic_store_n(&s->flags[v], (uint8_t)flags, __ATOMIC_RELAXED);
+        if (bits_of(d) < least) least = bits_of(d);
+        if (!is_near) {
+            kept[n_kept++] = v;
+            continue;
+        }
+        fresh[n_fresh++] = v;
+        __atomic_store_n(&s->flags[v], FAST_FINAL | FAST_NEW, __ATOMIC_RELAXED);
     }
     lower(&s->next_horizon, least);
     fast_queue(s, kept, n_kept);
@@ -210,7 +229,7 @@ static void work(void *arg, int64_t chunk)
     if (s->stage == FAST_SELECT)
         select_chunk(s, chunk * SELECT_CHUNK, least((chunk + 1) * SELECT_CHUNK, s->n_queue));
     else if (s->stage == FAST_EXPAND)
-        fast_expand(s, chunk * EXPAND_CHUNK, least((chunk + 1) * EXPAND_CHUNK, s->n_fresh));
+        fast_expand(s, chunk * FAST_EXPAND_CHUNK, least((chunk + 1) * FAST_EXPAND_CHUNK, s->n_fresh));
     else
         commit_chunk(s, chunk);
 }
@@ -224,7 +243,7 @@ static int64_t begin_expand(fast_state *s)
 {
     s->stage = FAST_EXPAND;
     s->n_tasks = s->n_steps = 0;
-    return n_chunks(s->n_fresh, EXPAND_CHUNK);
+    return n_chunks(s->n_fresh, FAST_EXPAND_CHUNK);
 }
 
 static int64_t advance(void *arg)
