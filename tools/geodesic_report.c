@@ -130,6 +130,8 @@ void cli_report_geodesic(cli_run *run, const loxo_geodesic_info *i, int64_t n_ve
                        i->diffusion_converged       ? "converged"
                        : isnan(i->diffusion_change) ? "not tested"
                                                     : "NOT converged");
+        else if (p == LOXO_GEODESIC_PHASE_UNFOLD)
+            report_row(out, name, "%s, %s passes", text_seconds(i->phase_s[p]), text_count(i->n_iterations));
         else if (p == LOXO_GEODESIC_PHASE_ADMM)
             report_row(out, name, "%s, %s iterations, residuals %.2g and %.2g", text_seconds(i->phase_s[p]),
                        text_count(i->n_iterations), i->residual, i->dual_residual);
@@ -161,5 +163,6 @@ void cli_report_geodesic(cli_run *run, const loxo_geodesic_info *i, int64_t n_ve
                i->breach_percentile_90, i->breach_percentile_99, i->breach_max);
     report_row(out, "diffusion", "time %.6g, mean edge length %.6g, change still to come %.2g", i->time,
                i->mean_edge_length, i->diffusion_change);
+    if (i->phase_s[LOXO_GEODESIC_PHASE_ADMM] == 0.0) return;
     report_row(out, "ADMM", "objective %.6g, ended by %s", i->objective, stop_name(i->stop_reason));
 }

@@ -125,6 +125,9 @@ typedef struct paper_job {
     double error;     /* (29); NaN: not known */
 } paper_job;
 
+/* A method's text with the paper's recovery, ADMM, where it names none; and its settings. */
+void paper_method_text(const char *method, char *text, size_t size);
+loxo_status paper_method_settings(bench *b, const char *method, loxo_geodesic_settings *settings);
 /* Bytes that a solve will take by the library's own estimate, mesh and result included. */
 size_t paper_predict_bytes(bench *b, const char *method, int64_t n_vertices, int64_t n_faces);
 /* What a process may take: --max-memory, or what the context grants. */

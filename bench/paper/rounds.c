@@ -13,11 +13,23 @@ typedef struct samples {
     double ratio[BENCH_MAX_REPEATS], phase[LOXO_GEODESIC_N_PHASES][BENCH_MAX_REPEATS];
 } samples;
 
+void paper_method_text(const char *method, char *text, size_t size)
+{
+    snprintf(text, size, "%s%s", method, strstr(method, "recovery=") != NULL ? "" : ",recovery=admm");
+}
+
+loxo_status paper_method_settings(bench *b, const char *method, loxo_geodesic_settings *settings)
+{
+    char text[BENCH_PATH];
+    paper_method_text(method, text, sizeof text);
+    return bench_method_settings(b, text, settings);
+}
+
 size_t paper_predict_bytes(bench *b, const char *method, int64_t n_vertices, int64_t n_faces)
 {
     loxo_geodesic_settings settings;
     size_t mesh_bytes = 0, build_bytes = 0, work_bytes = 0;
-    if (bench_method_settings(b, method, &settings) < 0 ||
+    if (paper_method_settings(b, method, &settings) < 0 ||
         loxo_mesh_estimate(n_vertices, n_faces, false, NULL, &mesh_bytes, &build_bytes) < 0 ||
         loxo_geodesic_estimate(b->ctx, n_vertices, n_faces, &settings, &work_bytes, NULL) < 0)
         return 0;
@@ -56,9 +68,11 @@ static loxo_status our_round(bench *b, const paper_mesh *mesh, paper_job *job, s
 {
     char out[BENCH_PATH + 32] = "-";
     json_t *result = NULL;
+    char method[BENCH_PATH];
+    paper_method_text(job->method, method, sizeof method);
     if (k == 0 && mesh->truth[0] != '\0') snprintf(out, sizeof out, "%s/job.npy", b->work);
-    loxo_status status = bench_worker_run(
-        b, job->n_threads, (const char *const[]){"solve", mesh->path, job->method, "1", out, NULL}, &result);
+    loxo_status status = bench_worker_run(b, job->n_threads,
+                                          (const char *const[]){"solve", mesh->path, method, "1", out, NULL}, &result);
     if (status < 0) {
         note_failure(b, job);
         return b->child_exit >= 128 ? status : LOXO_OK; /* what a signal ended, ends us */

@@ -84,7 +84,7 @@ loxo_status bench_task_search(bench *b, char **argv)
     loxo_mesh *mesh = NULL;
     double *truth = NULL;
     search s = {.b = b, .best_m = 1.0, .best_error = INFINITY, .tried = json_array()};
-    loxo_status status = bench_method_settings(b, argv[1], &s.settings);
+    loxo_status status = paper_method_settings(b, argv[1], &s.settings);
     if (status >= 0) status = loxo_read_mesh(b->ctx, argv[0], NULL, &soup);
     if (status >= 0) status = bench_mesh_of(b, &soup, NULL, NULL, &mesh);
     if (status >= 0) status = loxo_read_field(b->ctx, argv[2], &truth, &s.n_truth);

@@ -56,7 +56,7 @@ loxo_status paper_subject_solve(paper_subject *s, const char *method, const loxo
                                 loxo_geodesic_info *info)
 {
     loxo_geodesic_settings settings;
-    const loxo_status status = bench_method_settings(s->b, method, &settings);
+    const loxo_status status = paper_method_settings(s->b, method, &settings);
     if (status < 0) return status;
     return loxo_geodesic_distance(s->b->ctx, s->halfedges, &settings, sources, n_sources, s->distance, info);
 }

@@ -127,7 +127,7 @@ static loxo_status add_heat(subject *p, const char *method, curve *c)
     loxo_geodesic_settings settings;
     loxo_geodesic *geodesic = NULL;
     loxo_geodesic_info info = {0};
-    loxo_status status = bench_method_settings(p->s.b, method, &settings);
+    loxo_status status = paper_method_settings(p->s.b, method, &settings);
     if (status >= 0) status = loxo_geodesic_create(ctx, p->mesh, &settings, &geodesic);
     if (status >= 0) status = loxo_geodesic_solve(geodesic, &source, 1, p->s.distance, &info);
     if (status >= 0 || status == LOXO_ERR_NUMERIC) status = loxo_geodesic_heat(geodesic, p->heat_value, p->heat_scale);
@@ -167,7 +167,7 @@ static loxo_status run_admm(subject *p, const char *name, curve *c)
         loxo_geodesic *geodesic = NULL;
         loxo_geodesic_info info = {0};
         snprintf(method, sizeof method, "%s,primal-tolerance=0,dual-tolerance=0,iterations=%d", name, iterations[i]);
-        status = bench_method_settings(p->s.b, method, &settings);
+        status = paper_method_settings(p->s.b, method, &settings);
         if (status >= 0) status = loxo_geodesic_create(p->s.b->ctx, p->mesh, &settings, &geodesic);
         if (status >= 0)
             status =

@@ -36,7 +36,7 @@ static loxo_status add_point(paper_subject *s, heats *h, const char *method, cur
     loxo_geodesic *geodesic = NULL;
     loxo_geodesic_info info = {0};
     double error = 0.0;
-    loxo_status status = bench_method_settings(s->b, method, &settings);
+    loxo_status status = paper_method_settings(s->b, method, &settings);
     if (status >= 0) status = loxo_geodesic_create(s->b->ctx, s->halfedges, &settings, &geodesic);
     if (status >= 0) status = loxo_geodesic_solve(geodesic, &source, 1, s->distance, &info);
     if (status >= 0 || status == LOXO_ERR_NUMERIC) status = loxo_geodesic_heat(geodesic, h->value, h->scale);

@@ -33,7 +33,7 @@ static loxo_status measure(paper_subject *s, const char *name, curve *c)
         loxo_geodesic *geodesic = NULL;
         loxo_geodesic_info info = {0};
         snprintf(method, sizeof method, "%s,primal-tolerance=0,dual-tolerance=0,iterations=%d", name, iterations[i]);
-        status = bench_method_settings(s->b, method, &settings);
+        status = paper_method_settings(s->b, method, &settings);
         if (status >= 0) status = loxo_geodesic_create(ctx, s->halfedges, &settings, &geodesic);
         if (status >= 0 && i == 0) status = loxo_geodesic_solve(geodesic, &source, 1, s->distance, &info);
         if (status >= 0 && i == 0) status = loxo_geodesic_heat(geodesic, value, scale);

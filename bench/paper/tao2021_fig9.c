@@ -65,7 +65,7 @@ static loxo_status solve(bench *b, const paper_subject *s, const loxo_mesh *mesh
     const loxo_index source = 0;
     loxo_geodesic_settings settings;
     loxo_distance_error e;
-    loxo_status status = bench_method_settings(b, method, &settings);
+    loxo_status status = paper_method_settings(b, method, &settings);
     double *distance = loxo_allocate(b->ctx, loxo_mesh_n_vertices(mesh), sizeof *distance);
     if (distance == NULL) return LOXO_ERR_MEMORY;
     if (status >= 0) status = loxo_geodesic_distance(b->ctx, mesh, &settings, &source, 1, distance, info);

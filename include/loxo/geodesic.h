@@ -18,7 +18,7 @@ typedef struct loxo_geodesic loxo_geodesic;
 
 /* Every method, its name on the command line and what it is: the one list. */
 #define LOXO_GEODESIC_METHOD_LIST(X)                                                                                   \
-    X(EDGE, edge, "parallel heat, section 4: differences along edges; least memory")                                   \
+    X(EDGE, edge, "parallel heat: its order, and lengths on unfolded faces; or section 4, ADMM on edges")              \
     X(FACE, face, "parallel heat, section 3: gradients on faces; a little more accurate")                              \
     X(EXACT, exact, "polyhedral distances to rounding, by windows; memory grows with the front")                       \
     X(FAST, fast, "a front of rays that moves outward once; an order more accurate than heat, and faster")             \
@@ -42,6 +42,12 @@ typedef enum loxo_geodesic_diffusion {
     LOXO_DIFFUSION_SWEEPS,   /* the paper's sweeps (7): every level, n_sweeps times; the baseline */
 } loxo_geodesic_diffusion;
 
+/* How the edge-based method gets from heat to distances. */
+typedef enum loxo_geodesic_recovery {
+    LOXO_RECOVERY_UNFOLD, /* the heat gives the order of the vertices, straight lines across unfolded faces the lengths */
+    LOXO_RECOVERY_ADMM,   /* as the paper: directions, the closest integrable field, sums along a tree */
+} loxo_geodesic_recovery;
+
 /* How heat and variational solve their equations. */
 typedef enum loxo_geodesic_factor {
     LOXO_FACTOR_MULTIGRID, /* linear memory: heat by the marching diffusion, the Poisson equation by multigrid */
@@ -52,10 +58,11 @@ typedef struct loxo_geodesic_settings {
     loxo_geodesic_method method; /* LOXO_GEODESIC_AUTO: as loxo_geodesic_choose for one solve */
     /* of edge, face, heat and variational */
     loxo_geodesic_diffusion diffusion;
-    double time_factor;         /* m of eq. (28): time = m * (mean edge length)^2; > 0 */
-    double diffusion_tolerance; /* change of the directions, eq. (8), that is still to come when a level is left */
-    int64_t n_sweeps;           /* of LOXO_DIFFUSION_SWEEPS */
-    /* of edge, face and variational */
+    double time_factor;              /* m of eq. (28): time = m * (mean edge length)^2; > 0 */
+    double diffusion_tolerance;      /* change of the directions, eq. (8), that is still to come when a level is left */
+    int64_t n_sweeps;                /* of LOXO_DIFFUSION_SWEEPS */
+    loxo_geodesic_recovery recovery; /* of edge; with global_constraints it is ADMM */
+    /* of edge with LOXO_RECOVERY_ADMM, face and variational */
     double penalty;              /* mu of ADMM; > 0 */
     int64_t n_iterations;        /* most ADMM iterations (I_max) */
     double primal_tolerance;     /* epsilon_1, relative to the mean edge length: scale-free */
@@ -85,6 +92,7 @@ typedef enum loxo_geodesic_phase {
     LOXO_GEODESIC_PHASE_DIFFUSION,
     LOXO_GEODESIC_PHASE_GRADIENT, /* directions and what ADMM starts from */
     LOXO_GEODESIC_PHASE_ADMM,
+    LOXO_GEODESIC_PHASE_UNFOLD, /* of LOXO_RECOVERY_UNFOLD, in place of the two before and most of the next */
     LOXO_GEODESIC_PHASE_INTEGRATE,
     LOXO_GEODESIC_PHASE_PROPAGATE, /* of methods that move a front outward: fast, exact */
     LOXO_GEODESIC_PHASE_POISSON,   /* heat and variational: the first Poisson equation */
@@ -97,7 +105,7 @@ LOXO_API const char *loxo_geodesic_phase_name(loxo_geodesic_phase phase);
 typedef struct loxo_geodesic_info {
     /* the head that every info has */
     loxo_stop_reason stop_reason; /* of ADMM, or LOXO_STOP_MONITOR */
-    int64_t n_iterations;         /* ADMM */
+    int64_t n_iterations;         /* ADMM; of LOXO_RECOVERY_UNFOLD passes over the vertices */
     int64_t n_evaluations;        /* vertex updates of the diffusion; exact: windows passed on */
     double objective;             /* (20) or (10) at the end */
     double residual;              /* primal residual at the end, relative */

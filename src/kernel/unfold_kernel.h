@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * Distance across one triangle laid flat: where a straight line from the source would arrive that is as far from two of
+ * Distance across one triangle laid flat: when a straight line from the source would arrive that is as far from two of
  * its corners as they are known to be. */
 #ifndef LOXO_KERNEL_UNFOLD_KERNEL_H
 #define LOXO_KERNEL_UNFOLD_KERNEL_H
@@ -23,6 +23,51 @@ static inline double k_unfolded_distance(double base, double left, double right,
     const double crossing = height > 0.0 ? sx + (cx - sx) * (sy / height) : cx;
     if (crossing < -reach * base || crossing > (1.0 + reach) * base) return HUGE_VAL;
     return sqrt((cx - sx) * (cx - sx) + height * height);
+}
+
+/* A neighbour of a vertex x, as far as it matters for an arrival at x. */
+typedef struct k_spoke {
+    double at, length; /* its distance; to x */
+    loxo_vec3 position;
+} k_spoke;
+
+/* h: the half-edge between them, either way. */
+static inline k_spoke k_spoke_to(const loxo_mesh_view *m, loxo_vec3 x, loxo_index to, loxo_index h, double at)
+{
+    k_spoke s = {.at = at};
+    if (!(at < HUGE_VAL)) return s; /* most of what is not known yet is not looked up */
+    if (m->halfedge_length != NULL) {
+        s.length = m->halfedge_length[h];
+    } else {
+        s.position = k_position(m, to);
+        s.length = v3_norm(v3_sub(s.position, x));
+    }
+    return s;
+}
+
+/* Shortest arrival at vertex v: along an edge from a neighbour, or straight across a face around it, from the distances that
+ * its neighbours have; HUGE_VAL where one has none yet. reach as above. */
+static inline double k_arrival(const loxo_mesh_view *m, loxo_index v, const double *distance, double reach)
+{
+    const loxo_index first = m->vertex_halfedge[v], from = k_head(m, first);
+    const loxo_vec3 x = m->halfedge_length != NULL ? (loxo_vec3){0.0, 0.0, 0.0} : k_position(m, v);
+    loxo_index h = first;
+    k_spoke a = k_spoke_to(m, x, from, h, distance[from]);
+    double least = a.at + a.length;
+    do {
+        const loxo_index back = k_previous(h), to = m->halfedge_vertex[back];
+        const k_spoke b = k_spoke_to(m, x, to, back, distance[to]);
+        if (b.at + b.length < least) least = b.at + b.length;
+        if (a.at < HUGE_VAL && b.at < HUGE_VAL && (a.at < least || b.at < least)) {
+            const double base =
+                m->halfedge_length != NULL ? m->halfedge_length[k_next(h)] : v3_norm(v3_sub(b.position, a.position));
+            const double across = k_unfolded_distance(base, a.length, b.length, a.at, b.at, reach);
+            if (across < least) least = across;
+        }
+        a = b;
+        h = m->halfedge_twin[back];
+    } while (h >= 0 && h != first);
+    return least;
 }
 
 /* From the point of barycentric weights to a corner of a face laid flat. */

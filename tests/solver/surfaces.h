@@ -85,6 +85,14 @@ static inline loxo_geodesic_settings unjudged_settings(loxo_geodesic_method meth
     return settings;
 }
 
+/* As the paper recovers distances from heat. */
+static inline loxo_geodesic_settings admm_settings(loxo_geodesic_method method)
+{
+    loxo_geodesic_settings settings = unjudged_settings(method);
+    settings.recovery = LOXO_RECOVERY_ADMM;
+    return settings;
+}
+
 static const char *const method_names[] = {"edge", "face"};
 
 #endif

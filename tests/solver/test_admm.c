@@ -69,7 +69,7 @@ static void check_optimal(const surface *s, loxo_geodesic_method method, double 
                           const loxo_index *sources, int64_t n_sources, int64_t n_constraints, double tolerance)
 {
     const int64_t n = s->soup.n_vertices;
-    loxo_geodesic_settings settings = unjudged_settings(method);
+    loxo_geodesic_settings settings = admm_settings(method);
     double *value = surface_numbers(s), *distance = surface_numbers(s), worst = 0.0;
     long double *matrix = loxo_allocate(test_context, n * n, sizeof *matrix);
     long double *phi = loxo_allocate(test_context, n, sizeof *phi);
@@ -151,7 +151,7 @@ TEST(winding_directions_on_an_annulus)
         value[v] = 5.0 + atan2(s.soup.position[3 * v + 1], s.soup.position[3 * v]);
     for (int method = 0; method < 2; ++method)
         for (int is_constrained = 0; is_constrained < 2; ++is_constrained) {
-            loxo_geodesic_settings settings = unjudged_settings((loxo_geodesic_method)method);
+            loxo_geodesic_settings settings = admm_settings((loxo_geodesic_method)method);
             loxo_geodesic_info info;
             loxo_geodesic *g;
             settings.global_constraints = is_constrained == 1;

@@ -126,13 +126,14 @@ TEST(other_pieces_are_infinitely_far)
     surface_destroy(&s);
 }
 
-/* Distances from vertex 0 are finite, 0 there, and as expected where something is. */
+/* Distances from vertex 0 are finite, 0 there, and as expected, edge- and face-based, where something is. */
 static void check_small(const char *name, int64_t n_vertices, const double *position, int64_t n_faces,
-                        const loxo_index *triangle, const double *expected, double tolerance)
+                        const loxo_index *triangle, const double *edge, const double *face, double tolerance)
 {
     surface s = surface_small(test_context, n_vertices, position, n_faces, triangle);
     double *distance = surface_numbers(&s);
     for (int method = 0; method < 2; ++method) {
+        const double *expected = method == 0 ? edge : face;
         loxo_geodesic_settings settings = unjudged_settings((loxo_geodesic_method)method);
         loxo_status status;
         settings.n_iterations = 500;
@@ -153,15 +154,18 @@ static void check_small(const char *name, int64_t n_vertices, const double *posi
 
 TEST(single_triangle)
 {
-    static const double position[] = {0, 0, 0, 1, 0, 0, 0.5, 0.8660254037844386, 0}, expected[] = {0, 0.866, 0.866};
-    check_small("triangle", 3, position, 1, (const loxo_index[]){0, 1, 2}, expected, 1e-3); /* along its height */
+    static const double position[] = {0, 0, 0, 1, 0, 0, 0.5, 0.8660254037844386, 0}, sides[] = {0, 1, 1};
+    check_small("triangle", 3, position, 1, (const loxo_index[]){0, 1, 2}, sides, sides, 1e-12);
 }
 
 TEST(two_triangles)
 {
     static const double position[] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0};
-    static const double expected[] = {0, 0.7071, 0.7071, 1.4142}; /* the heat has one direction, the diagonal */
-    check_small("square", 4, position, 2, (const loxo_index[]){0, 1, 2, 2, 1, 3}, expected, 1e-3);
+    static const double truth[] = {0, 1, 1, 1.41421356237309505};
+    static const double face[] = {0, 1, 1, 1.7071}; /* in the second face the heat has one direction, the diagonal */
+    const loxo_index triangle[] = {0, 1, 2, 2, 1, 3};
+    check_small("square", 4, position, 2, triangle, truth, NULL, 1e-12);
+    check_small("square", 4, position, 2, triangle, NULL, face, 1e-3);
 }
 
 TEST(faces_without_area_among_good_ones)
@@ -169,24 +173,24 @@ TEST(faces_without_area_among_good_ones)
     /* A square whose side 0-2 has a vertex 4 on it, joined by a face on a line. */
     static const double position[] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0, 0, 0.5, 0};
     static const loxo_index triangle[] = {0, 1, 2, 2, 1, 3, 0, 2, 4};
-    static const double expected[] = {0, 0.7071, 0.7071, 1.4142, 0.3536}; /* as if it were not there */
-    check_small("flat face", 5, position, 3, triangle, expected, 1e-3);
+    static const double edge[] = {0, 1, 1, 1.4142, 0.5}, face[] = {0, 1, 1, 1.7071, 0.5}; /* as if it were not there */
+    check_small("flat face", 5, position, 3, triangle, edge, face, 1e-3);
     /* Two of them, so that one has only the other as a neighbour. */
     static const double more[] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0, 0, 0.5, 0, 0, 0.25, 0};
-    static const double at[] = {0, 0.7071, 0.7071, 1.4142, 0.3536, 0.1768};
-    check_small("flat faces", 6, more, 4, (const loxo_index[]){0, 1, 2, 2, 1, 3, 0, 2, 4, 0, 4, 5}, at, 1e-3);
+    static const double at[] = {0, 1, 1, 1.4142, 0.5, 0.25}, faces[] = {0, 1, 1, 1.7071, 0.5, 0.25};
+    check_small("flat faces", 6, more, 4, (const loxo_index[]){0, 1, 2, 2, 1, 3, 0, 2, 4, 0, 4, 5}, at, faces, 1e-3);
     /* Two vertices at one place. */
     static const double twice[] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0, 0, 1, 0};
-    check_small("double vertex", 5, twice, 3, (const loxo_index[]){0, 1, 2, 4, 2, 1, 4, 1, 3}, NULL, 0.0);
+    check_small("double vertex", 5, twice, 3, (const loxo_index[]){0, 1, 2, 4, 2, 1, 4, 1, 3}, NULL, NULL, 0.0);
     /* A source of flat faces alone. */
     static const double line[] = {0, 0, 0, 1, 0, 0, 2, 0, 0, 1, 1, 0};
-    check_small("flat source", 4, line, 2, (const loxo_index[]){0, 1, 2, 2, 1, 3}, NULL, 0.0);
+    check_small("flat source", 4, line, 2, (const loxo_index[]){0, 1, 2, 2, 1, 3}, NULL, NULL, 0.0);
 }
 
 TEST(degenerate_face_and_a_good_one)
 {
     static const double position[] = {0, 0, 0, 1, 0, 0, 0, 1, 0};
-    check_small("degenerate", 3, position, 2, (const loxo_index[]){0, 1, 2, 1, 1, 2}, NULL, 0.0);
+    check_small("degenerate", 3, position, 2, (const loxo_index[]){0, 1, 2, 1, 1, 2}, NULL, NULL, 0.0);
     CHECK_EQUAL(loxo_context_n_warnings(test_context), 1);
 }
 
@@ -196,7 +200,7 @@ TEST(slivers)
     for (int i = 0; i < 4; ++i) {
         const double position[] = {0, 0, 0, 1, heights[i], 0, 2, 0, 0, 1, -heights[i], 0, 1, 1, 0, 1, -1, 0};
         static const loxo_index triangle[] = {0, 3, 1, 1, 3, 2, 0, 1, 4, 1, 2, 4, 3, 0, 5, 2, 3, 5};
-        check_small("sliver", 6, position, 6, triangle, NULL, 0.0);
+        check_small("sliver", 6, position, 6, triangle, NULL, NULL, 0.0);
     }
 }
 
@@ -289,13 +293,13 @@ TEST(each_threshold_of_the_check_is_looked_at)
     double *distance = surface_numbers(&s);
     for (int method = 0; method < 2; ++method) {
         const loxo_index source = 3;
-        loxo_geodesic_settings settings = unjudged_settings((loxo_geodesic_method)method);
+        loxo_geodesic_settings settings = admm_settings((loxo_geodesic_method)method);
         loxo_geodesic_info found, info;
         CHECK_OK(loxo_geodesic_distance(test_context, s.mesh, &settings, &source, 1, distance, &found));
         CHECK(found.gradient_share > 0.0 && found.gradient_share < 1.0 && found.breach_percentile_99 > 0.0);
         for (int i = 0; i < 4; ++i) {
             const double factor = i % 2 == 0 ? 0.999 : 1.001;
-            settings = unjudged_settings((loxo_geodesic_method)method);
+            settings = admm_settings((loxo_geodesic_method)method);
             if (i < 2)
                 settings.check_gradient_share = factor * found.gradient_share;
             else
@@ -341,7 +345,7 @@ TEST(no_iterations_give_the_directions_as_they_are)
     surface s = surface_make(test_context, LOXO_SHAPE_ICOSPHERE, 642, NAN);
     double *distance = surface_numbers(&s);
     for (int method = 0; method < 2; ++method) {
-        loxo_geodesic_settings settings = unjudged_settings((loxo_geodesic_method)method);
+        loxo_geodesic_settings settings = admm_settings((loxo_geodesic_method)method);
         loxo_geodesic_info info;
         settings.n_iterations = 0;
         CHECK_OK(loxo_geodesic_distance(test_context, s.mesh, &settings, (const loxo_index[]){3}, 1, distance, &info));

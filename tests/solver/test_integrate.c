@@ -22,7 +22,7 @@ static void check_linear(const surface *s, const double direction[3], const loxo
     int32_t *scale = loxo_allocate(test_context, s->soup.n_vertices, sizeof *scale);
     linear_heat(s, direction, value, scale);
     for (int method = 0; method < 2; ++method) {
-        const loxo_geodesic_settings settings = unjudged_settings((loxo_geodesic_method)method);
+        const loxo_geodesic_settings settings = admm_settings((loxo_geodesic_method)method);
         const double *from = s->soup.position + 3 * (int64_t)sources[0];
         loxo_geodesic_info info;
         loxo_geodesic *g;
@@ -85,7 +85,7 @@ TEST(without_a_direction_nothing_is_added)
     for (int64_t v = 0; v < s.soup.n_vertices; ++v)
         value[v] = 1.0;
     for (int method = 0; method < 2; ++method) {
-        const loxo_geodesic_settings settings = unjudged_settings((loxo_geodesic_method)method);
+        const loxo_geodesic_settings settings = admm_settings((loxo_geodesic_method)method);
         loxo_geodesic *g;
         CHECK_OK(loxo_geodesic_create(test_context, s.mesh, &settings, &g));
         CHECK_OK(loxo_geodesic_solve_from_heat(g, (const loxo_index[]){3}, 1, value, NULL, distance, NULL));

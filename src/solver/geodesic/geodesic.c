@@ -19,8 +19,8 @@ static const geodesic_engine *const engines[] = {LOXO_GEODESIC_METHOD_LIST(ENGIN
 
 const char *loxo_geodesic_phase_name(loxo_geodesic_phase phase)
 {
-    static const char *const names[] = {"prepare",   "levels",    "diffusion", "gradient", "ADMM",
-                                        "integrate", "propagate", "Poisson",   "check"};
+    static const char *const names[] = {"prepare", "levels",    "diffusion", "gradient", "ADMM",
+                                        "unfold",  "integrate", "propagate", "Poisson",  "check"};
     return phase >= 0 && phase < LOXO_GEODESIC_N_PHASES ? names[phase] : "unknown";
 }
 

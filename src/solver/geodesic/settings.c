@@ -13,6 +13,7 @@ loxo_geodesic_settings loxo_geodesic_settings_default(void)
         .time_factor = 1.0, /* t = h^2, eq. (28) */
         .diffusion_tolerance = 1e-3,
         .n_sweeps = 1000,
+        .recovery = LOXO_RECOVERY_UNFOLD,
         .penalty = 100.0,         /* the paper's mu, */
         .n_iterations = 10,       /* its I_max */
         .primal_tolerance = 1e-5, /* and its tolerances */
@@ -41,6 +42,7 @@ loxo_geodesic_settings loxo_geodesic_settings_default(void)
 static const char *const methods[] = {LOXO_GEODESIC_METHOD_LIST(CHOICE) NULL};
 static const char *const factors[] = {"multigrid", "cholesky", NULL};
 static const char *const diffusions[] = {"marching", "sweeps", NULL};
+static const char *const recoveries[] = {"unfold", "admm", NULL};
 
 const loxo_option loxo_geodesic_options[] = {
     {.name = "method",
@@ -75,6 +77,11 @@ const loxo_option loxo_geodesic_options[] = {
      .min = 1.0,
      .max = 1e9,
      .help = "number of sweeps of --diffusion sweeps"},
+    {.name = "recovery",
+     .type = LOXO_OPTION_CHOICE,
+     .offset = FIELD(recovery),
+     .choices = recoveries,
+     .help = "edge: from heat to distances by unfolding faces in the heat's order, or by the paper's ADMM"},
     {.name = "penalty",
      .type = LOXO_OPTION_DOUBLE,
      .methods = BY_ADMM,

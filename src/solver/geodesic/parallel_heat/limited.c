@@ -5,7 +5,8 @@
  *
  * Let the levels 0..l be there. What is missing beyond makes other values in level l, from the step l on in which that is
  * taken in, and from there moves inward by one level a step: level B does not see it before step 2 l - B. So where B was
- * final earlier (the march tells the step), it has the bits of the whole mesh. ADMM reaches one face a step and the tree
+ * final earlier (the march tells the step), it has the bits of the whole mesh. Unfolding looks at what is hotter, which lies
+ * in the ball, and in its second pass at the neighbours' neighbours. ADMM reaches one face a step and the tree
  * none outward: B is the last level with a vertex in the ball, plus the number of ADMM's iterations, plus one for an
  * edge's other side and one for a face's other corners.
  *
@@ -29,6 +30,7 @@
 #define FIRST_MARGIN  12 /* levels beyond B at first; doubled when B was not final early enough */
 #define DIGIT_BITS    11
 #define N_DIGITS      (1 << DIGIT_BITS)
+#define UNFOLD_REACH  3   /* B is so many levels beyond the ball */
 #define LEAST_A_PLACE 150 /* bytes; what does not fit by this does not fit */
 
 /* Straight distances from the seeds. */
@@ -147,7 +149,8 @@ static bool find_region(parallel_heat *g, const geodesic_seed *seeds, int64_t n_
     while (begin < r->n && r->n <= most) {
         const int64_t end = r->n;
         if (last == INT64_MAX && r->n_levels > 0 && is_outside(g, &s, begin, end)) {
-            r->last_needed = r->n_levels - 1 + g->settings.n_iterations + 2;
+            const int64_t reach = heat_unfolds(&g->settings) ? UNFOLD_REACH : g->settings.n_iterations + 2;
+            r->last_needed = r->n_levels - 1 + reach;
             last = r->last_needed + margin;
         }
         if (r->n_levels++ >= last) return true;
@@ -192,7 +195,7 @@ typedef struct small_mesh {
     double (*position)[3];  /* one of the three, as the whole mesh has it */
     float (*position_float)[3];
     double *halfedge_length;
-    loxo_index *halfedge_vertex, *halfedge_twin;
+    loxo_index *halfedge_vertex, *halfedge_twin, *vertex_halfedge;
     int64_t n_faces, n_entries;
 } small_mesh;
 
@@ -247,6 +250,7 @@ static void lay_out_small(const parallel_heat *g, int64_t n, small_mesh *small, 
     small->face = loxo_arena_take(a, small->n_faces, sizeof *small->face);
     small->halfedge_vertex = loxo_arena_take(a, 3 * small->n_faces, sizeof *small->halfedge_vertex);
     small->halfedge_twin = loxo_arena_take(a, 3 * small->n_faces, sizeof *small->halfedge_twin);
+    small->vertex_halfedge = loxo_arena_take(a, n, sizeof *small->vertex_halfedge);
     if (g->m.halfedge_length != NULL)
         small->halfedge_length = loxo_arena_take(a, 3 * small->n_faces, sizeof *small->halfedge_length);
     else if (g->m.position != NULL)
@@ -266,6 +270,17 @@ static void fill_faces(const parallel_heat *g, small_mesh *small)
             small->halfedge_twin[3 * j + k] = other >= 0 ? (loxo_index)(3 * other + t % 3) : -1;
             if (small->halfedge_length != NULL) small->halfedge_length[3 * j + k] = g->m.halfedge_length[h];
         }
+}
+
+/* At the rim the first half-edge of one of the pieces that are left of a vertex's faces. */
+static void link_vertices(int64_t n, small_mesh *small)
+{
+    for (int64_t i = 0; i < n; ++i)
+        small->vertex_halfedge[i] = -1;
+    for (int64_t h = 0; h < 3 * small->n_faces; ++h) {
+        loxo_index *at = &small->vertex_halfedge[small->halfedge_vertex[h]];
+        if (*at < 0 || small->halfedge_twin[h] < 0) *at = (loxo_index)h;
+    }
 }
 
 static void fill_vertices(const parallel_heat *g, int64_t n, small_mesh *small, parallel_heat *sub)
@@ -328,12 +343,14 @@ static bool make_small(parallel_heat *g, int64_t n, small_mesh *small, parallel_
     }
     small->face_begin[n] = n_faces;
     fill_faces(g, small);
+    link_vertices(n, small);
     fill_vertices(g, n, small, sub);
     sub->m.position = (const double(*)[3])small->position;
     sub->m.position_float = (const float(*)[3])small->position_float;
     sub->m.halfedge_length = small->halfedge_length;
     sub->m.halfedge_vertex = small->halfedge_vertex;
     sub->m.halfedge_twin = small->halfedge_twin;
+    sub->m.vertex_halfedge = small->vertex_halfedge;
     return true;
 }
 
@@ -365,6 +382,8 @@ static loxo_status solve_small(parallel_heat *g, const region *r, small_mesh *sm
     loxo_release(g->ctx, sub->more_levels);
     loxo_release(g->ctx, local);
     *is_enough = r->is_whole || diffusion->stopped || (r->last_needed + diffusion->needed_step) / 2 < r->n_levels - 1;
+    for (int64_t i = 0; i < r->n && !diffusion->stopped; ++i) /* rounds that waited for something beyond the rim */
+        *is_enough = *is_enough && (r->is_whole || !isnan(small->distance[i]));
     g->clock_s = sub->clock_s;
     if (status < 0 || !*is_enough) return status;
     for (int64_t v = 0; v < g->m.n_vertices; ++v)

@@ -28,6 +28,13 @@ bool heat_tell_iteration(parallel_heat *g, int64_t iteration, const loxo_geodesi
     return loxo_progress_tell(g->ctx, &p, false);
 }
 
+/* What chains ask for is a condition of ADMM. */
+bool heat_unfolds(const loxo_geodesic_settings *settings)
+{
+    return settings->method == LOXO_GEODESIC_EDGE && settings->recovery == LOXO_RECOVERY_UNFOLD &&
+           !settings->global_constraints;
+}
+
 /* Hands out the workspace; while the arena has no block this only adds up its size. What the diffusion and the recovery
  * use stands in the same place. */
 void heat_lay_out(parallel_heat *g)
@@ -54,6 +61,13 @@ void heat_lay_out(parallel_heat *g)
     g->entry = loxo_arena_take(a, 3 * n_faces + g->n_boundary_edges, sizeof *g->entry);
 
     loxo_arena_release(a, mark);
+    if (heat_unfolds(&g->settings)) {
+        g->distance = loxo_arena_take(a, n, sizeof *g->distance);
+        g->heat_key = loxo_arena_take(a, n, sizeof *g->heat_key);
+        g->waits_for = loxo_arena_take(a, n, sizeof *g->waits_for);
+        g->queue = g->order;
+        return;
+    }
     g->found_by = loxo_arena_take(a, n, sizeof *g->found_by);
     const size_t recovery = loxo_arena_mark(a);
     if (g->settings.method == LOXO_GEODESIC_EDGE) {
@@ -240,6 +254,7 @@ loxo_status heat_find_distances(parallel_heat *g, const geodesic_seed *seeds, in
     const int32_t *given_scale = g->given_scale;
     g->given_value = NULL;
     g->given_scale = NULL;
+    g->is_given = given_value != NULL;
     g->has_heat = g->is_rank_clear = false;
     g->clock_s = loxo_os_clock_s();
     loxo_status status = heat_begin(g, seeds, n_seeds);
@@ -256,9 +271,14 @@ loxo_status heat_find_distances(parallel_heat *g, const geodesic_seed *seeds, in
     g->has_heat = true;
     heat_clock(g, LOXO_GEODESIC_PHASE_DIFFUSION, info);
 
-    if ((status = recover(g, info)) < 0) return status;
-    heat_integrate(g);
-    distances_to_vertices(g, distance);
+    if (heat_unfolds(&g->settings)) {
+        if (heat_unfold(g, distance, &info->n_iterations)) diffusion->stopped = true;
+        heat_clock(g, LOXO_GEODESIC_PHASE_UNFOLD, info);
+    } else {
+        if ((status = recover(g, info)) < 0) return status;
+        heat_integrate(g);
+        distances_to_vertices(g, distance);
+    }
     info->n_levels = g->n_levels;
     heat_clock(g, LOXO_GEODESIC_PHASE_INTEGRATE, info);
     return LOXO_OK;
@@ -322,9 +342,9 @@ static loxo_status parallel_heat_heat(const void *state, double *value, int32_t 
         value[v] = 0.0;
         scale[v] = 0;
     }
-    for (int64_t p = 0; p < g->n_reached; ++p) {
-        const loxo_index v = g->order[p];
-        const int64_t to = g->m.vertex_origin != NULL ? g->m.vertex_origin[v] : v;
+    for (int64_t v = 0; v < g->m.n_vertices; ++v) {
+        const int64_t p = g->rank[v], to = g->m.vertex_origin != NULL ? g->m.vertex_origin[v] : v;
+        if (p < 0) continue;
         value[to] = g->value[2 * p];
         scale[to] = g->scale[p];
     }

@@ -49,6 +49,7 @@ typedef struct parallel_heat {
     double *start_heat, *start_distance; /* of each place of level 0 */
     const geodesic_seed *seeds;          /* [n_seeds] */
     int64_t n_seeds;
+    bool is_given; /* the heat of this solve: nothing is known of its sources */
 
     loxo_arena arena;
     size_t loose_begin; /* from here on the block is a solve's own */
@@ -75,11 +76,16 @@ typedef struct parallel_heat {
     k_row *row;     /* [n_vertices + 1] */
     k_entry *entry; /* [3 n_faces + n_boundary_edges] */
 
+    double *distance; /* [n_vertices] the result in the mesh's order; of ADMM over found_by and what follows */
+    /* recovery by unfolding, after distance; see unfold.c */
+    uint32_t *heat_key;    /* [n_vertices] */
+    loxo_index *waits_for; /* [n_vertices] edges to hotter neighbours that are not done */
+    loxo_index *queue;     /* [n_vertices] over order */
+
     loxo_index *found_by; /* [n_vertices] in the mesh's order: the vertex above in the tree, see tree.h; -1: none */
     /* heat in the mesh's order, while the directions are made */
     double *vertex_value;  /* [n_vertices] */
     int32_t *vertex_scale; /* [n_vertices] K_NOT_REACHED where there is none */
-    double *distance;      /* [n_vertices] the result in the mesh's order, over found_by and what follows */
 
     /* edge-based recovery, over the same stretch; see admm_edge.c */
     double *closure;      /* [n_faces], over vertex_value and vertex_scale */
@@ -161,6 +167,11 @@ loxo_status heat_fill_flat_faces(parallel_heat *g, double *difference);
 
 /* From value, scale and parent, at places, to vertex_value, vertex_scale and found_by. */
 void heat_to_vertices(parallel_heat *g);
+
+/* Whether distances are found by unfolding. */
+bool heat_unfolds(const loxo_geodesic_settings *settings);
+/* unfold.c: from the heat to distances in the mesh's order. True: stopped, what was not done yet is not a number. */
+bool heat_unfold(parallel_heat *g, double *distance, int64_t *n_passes);
 
 /* integrate.c: sums the differences outward, in place. */
 void heat_integrate(parallel_heat *g);

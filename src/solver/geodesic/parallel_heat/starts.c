@@ -2,7 +2,8 @@
  * Where a solve starts: the vertices of level 0. A source at a vertex is one of them, with all its heat and distance 0. A
  * source inside a face or an edge starts at the corners that it is a combination of: its heat is spread over them by its
  * weights, which is what a function of hat functions makes of a point; each starts at its straight distance from the
- * point, and the faces that hold the point ask for the differences of those distances, not for a direction of heat. */
+ * point. Faces that hold a source, at a vertex too, ask for the differences of their corners' distances, not for a direction
+ * of heat. */
 #include "base/allocate.h"
 #include "kernel/unfold_kernel.h"
 #include "solver/geodesic/parallel_heat/parallel_heat_internal.h"
@@ -71,9 +72,9 @@ loxo_status heat_begin(parallel_heat *g, const geodesic_seed *seeds, int64_t n_s
             g->start_heat[n] = list[i].heat;
             g->start_distance[n++] = list[i].distance;
         }
-        g->seeds = seeds;
-        g->n_seeds = n_seeds;
     }
+    g->seeds = seeds;
+    g->n_seeds = n_seeds;
     status = heat_find_levels(g, vertex, n);
 done:
     loxo_release(g->ctx, list);
@@ -113,7 +114,7 @@ static held_face hold(const loxo_mesh_view *m, loxo_index face, const double wei
 }
 
 /* The face of a seed inside an edge or a face, and of one inside an edge the face beyond. Returns how many. */
-static int hold_seed(const loxo_mesh_view *m, const geodesic_seed *seed, held_face held[2])
+static int64_t hold_point(const loxo_mesh_view *m, const geodesic_seed *seed, held_face held[2])
 {
     held[0] = hold(m, seed->face, seed->weight);
     for (int k = 0; k < 3; ++k) {
@@ -128,15 +129,35 @@ static int hold_seed(const loxo_mesh_view *m, const geodesic_seed *seed, held_fa
     return 1;
 }
 
-/* The differences that faces with a source inside or on their edges ask for. */
+/* The faces around a seed at a vertex. */
+static int64_t hold_vertex(const loxo_mesh_view *m, loxo_index vertex, held_face *held)
+{
+    const loxo_index first = m->vertex_halfedge[vertex];
+    int64_t n = 0;
+    for (loxo_index h = first; h >= 0;) {
+        double weight[3] = {0.0, 0.0, 0.0};
+        weight[h % 3] = 1.0;
+        held[n++] = hold(m, (loxo_index)(h / 3), weight);
+        h = m->halfedge_twin[k_previous(h)];
+        if (h == first) break;
+    }
+    return n;
+}
+
+/* The differences that faces with a source ask for. */
 loxo_status heat_aim_from_seeds(parallel_heat *g, double *difference)
 {
-    if (g->seeds == NULL) return LOXO_OK;
-    held_face *held = loxo_allocate(g->ctx, 2 * g->n_seeds, sizeof *held);
-    int64_t n = 0;
+    int64_t n = 0, most = 0;
+    for (int64_t i = 0; i < g->n_seeds; ++i)
+        most += g->seeds[i].vertex < 0 ? 2 : g->is_given ? 0 : (int64_t)k_degree(&g->m, g->seeds[i].vertex);
+    if (most == 0) return LOXO_OK;
+    held_face *held = loxo_allocate(g->ctx, most, sizeof *held);
     if (held == NULL) return LOXO_ERR_MEMORY;
     for (int64_t i = 0; i < g->n_seeds; ++i)
-        if (g->seeds[i].vertex < 0) n += hold_seed(&g->m, &g->seeds[i], &held[n]);
+        if (g->seeds[i].vertex < 0)
+            n += hold_point(&g->m, &g->seeds[i], &held[n]);
+        else if (!g->is_given)
+            n += hold_vertex(&g->m, g->seeds[i].vertex, &held[n]);
     qsort(held, (size_t)n, sizeof *held, compare_faces);
     for (int64_t i = 0; i < n;) {
         double nearest[3] = {HUGE_VAL, HUGE_VAL, HUGE_VAL}, *d = &difference[(int64_t)3 * held[i].face];

@@ -58,6 +58,7 @@ loxo_status poisson_prepare_heat(poisson *p)
         p->marching_problem.settings.method = LOXO_GEODESIC_EDGE;
         p->marching_problem.settings.max_distance = HUGE_VAL;
         p->marching_problem.settings.global_constraints = false;
+        p->marching_problem.settings.recovery = LOXO_RECOVERY_ADMM; /* its room is where the field goes */
         void *state = NULL;
         status = geodesic_engine_edge.create(&p->marching_problem, &state);
         p->marching = state;
