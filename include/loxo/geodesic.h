@@ -44,6 +44,7 @@ typedef enum loxo_geodesic_diffusion {
 
 /* How the edge-based method gets from heat to distances. */
 typedef enum loxo_geodesic_recovery {
+    LOXO_RECOVERY_AUTO,   /* unfold; ADMM where a setting that only ADMM has is not its default */
     LOXO_RECOVERY_UNFOLD, /* the heat gives the order of the vertices, straight lines across unfolded faces the lengths */
     LOXO_RECOVERY_ADMM,   /* as the paper: directions, the closest integrable field, sums along a tree */
 } loxo_geodesic_recovery;
@@ -61,7 +62,7 @@ typedef struct loxo_geodesic_settings {
     double time_factor;              /* m of eq. (28): time = m * (mean edge length)^2; > 0 */
     double diffusion_tolerance;      /* change of the directions, eq. (8), that is still to come when a level is left */
     int64_t n_sweeps;                /* of LOXO_DIFFUSION_SWEEPS */
-    loxo_geodesic_recovery recovery; /* of edge; with global_constraints it is ADMM */
+    loxo_geodesic_recovery recovery; /* of edge; global_constraints are ADMM's whatever it is */
     /* of edge with LOXO_RECOVERY_ADMM, face and variational */
     double penalty;              /* mu of ADMM; > 0 */
     int64_t n_iterations;        /* most ADMM iterations (I_max) */

@@ -159,7 +159,7 @@ def code_7_memory():
 @test
 def code_8_not_within_its_checks():
     mesh = sphere("s.ply", 2500)
-    r = loxo("geodesic", mesh, "-s", "0", "--method", "edge", "--check-breach", "0", "-o", "d.npy", "--json", "r.json").is_code(8)
+    r = loxo("geodesic", mesh, "-s", "0", "--method", "face", "--check-breach", "0", "-o", "d.npy", "--json", "r.json").is_code(8)
     r.has_err(r"^s\.ply: warning: the result does not pass its own check")
     r.has_err(r"^answer +FAILED")
     with open("r.json", encoding="utf-8") as f:

@@ -13,7 +13,7 @@ loxo_geodesic_settings loxo_geodesic_settings_default(void)
         .time_factor = 1.0, /* t = h^2, eq. (28) */
         .diffusion_tolerance = 1e-3,
         .n_sweeps = 1000,
-        .recovery = LOXO_RECOVERY_UNFOLD,
+        .recovery = LOXO_RECOVERY_AUTO,
         .penalty = 100.0,         /* the paper's mu, */
         .n_iterations = 10,       /* its I_max */
         .primal_tolerance = 1e-5, /* and its tolerances */
@@ -42,7 +42,7 @@ loxo_geodesic_settings loxo_geodesic_settings_default(void)
 static const char *const methods[] = {LOXO_GEODESIC_METHOD_LIST(CHOICE) NULL};
 static const char *const factors[] = {"multigrid", "cholesky", NULL};
 static const char *const diffusions[] = {"marching", "sweeps", NULL};
-static const char *const recoveries[] = {"unfold", "admm", NULL};
+static const char *const recoveries[] = {"auto", "unfold", "admm", NULL};
 
 const loxo_option loxo_geodesic_options[] = {
     {.name = "method",
@@ -79,9 +79,10 @@ const loxo_option loxo_geodesic_options[] = {
      .help = "number of sweeps of --diffusion sweeps"},
     {.name = "recovery",
      .type = LOXO_OPTION_CHOICE,
+     .methods = 1U << LOXO_GEODESIC_EDGE,
      .offset = FIELD(recovery),
      .choices = recoveries,
-     .help = "edge: from heat to distances by unfolding faces in the heat's order, or by the paper's ADMM"},
+     .help = "edge: unfold faces in the heat's order, or the paper's ADMM; auto: ADMM where its settings are changed"},
     {.name = "penalty",
      .type = LOXO_OPTION_DOUBLE,
      .methods = BY_ADMM,

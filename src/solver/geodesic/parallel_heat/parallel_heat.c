@@ -28,11 +28,14 @@ bool heat_tell_iteration(parallel_heat *g, int64_t iteration, const loxo_geodesi
     return loxo_progress_tell(g->ctx, &p, false);
 }
 
-/* What chains ask for is a condition of ADMM. */
 bool heat_unfolds(const loxo_geodesic_settings *settings)
 {
-    return settings->method == LOXO_GEODESIC_EDGE && settings->recovery == LOXO_RECOVERY_UNFOLD &&
-           !settings->global_constraints;
+    const loxo_geodesic_settings defaults = loxo_geodesic_settings_default();
+    const bool has_changed = settings->penalty != defaults.penalty || settings->n_iterations != defaults.n_iterations ||
+                             settings->primal_tolerance != defaults.primal_tolerance ||
+                             settings->dual_tolerance != defaults.dual_tolerance;
+    if (settings->method != LOXO_GEODESIC_EDGE || settings->global_constraints) return false;
+    return settings->recovery == LOXO_RECOVERY_UNFOLD || (settings->recovery == LOXO_RECOVERY_AUTO && !has_changed);
 }
 
 /* Hands out the workspace; while the arena has no block this only adds up its size. What the diffusion and the recovery
