@@ -208,15 +208,17 @@ LOXO_API loxo_status loxo_geodesic_limit(loxo_geodesic *geodesic, double max_dis
  * returns      LOXO_OK; LOXO_ERR_ARGUMENT: no solve yet, or settings.nearest was off; LOXO_ERR_MEMORY */
 LOXO_API loxo_status loxo_geodesic_nearest(const loxo_geodesic *geodesic, loxo_index *source);
 
-/* Shortest ways of the last solve, from points of the surface back to their nearest sources. Methods that know them give them
- * exactly; for the others they go down the distances: against the gradient through each face, along an edge that both
- * sides lead to, from vertices where it goes down fastest. They then are as good as the distances are.
+/* Ways of the last solve, from points of the surface back to their nearest sources: geodesics, straight over every edge and
+ * with pi or more on both sides of every vertex that they pass, but at boundaries. Method exact gives the shortest; for the
+ * others a way goes down the distances, against the gradient through each face, and is then drawn tight: it is the shortest of
+ * those beside it, and near the cut locus may be another geodesic than the shortest.
  *   targets    [n_targets], as sources of loxo_geodesic_solve_points; a distance that is infinite has no way
- *   lines      out: line i begins at target i and ends at its source, its value is the target's distance, linear between
+ *   lines      out: line i begins at target i and ends at a source, its value is the target's distance as solved, linear between
  *              vertices; loxo_polyline_length tells its length. Freed by loxo_polylines_destroy
  * returns      LOXO_OK; LOXO_ERR_ARGUMENT (element: the target): as for sources, or not reached; before the first solve;
  *              LOXO_ERR_UNSUPPORTED: an intrinsic triangulation (use loxo_geodesic_trace on its surface); LOXO_ERR_MEMORY
- * cost         the lengths of the ways, and where the distances have low points of their own a search around them; method exact
+ * cost         the lengths of the ways, some rounds over them and 150 bytes a face of the longest, and where the distances have
+ *              low points of their own a search around them; method exact
  *              from inside a face: a solve from there as far as the sources are, 65 bytes a vertex once, and a pass over the vertices */
 LOXO_API loxo_status loxo_geodesic_paths(loxo_geodesic *geodesic, const loxo_surface_point *targets, int64_t n_targets,
                                          loxo_polylines *lines);

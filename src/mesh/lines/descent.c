@@ -8,6 +8,7 @@
 
 #include "base/allocate.h"
 #include "base/context.h"
+#include "kernel/plane.h"
 #include "kernel/unfold_kernel.h"
 
 #include <stdlib.h>
@@ -131,19 +132,11 @@ static bool is_near_goal(const line_descent *d, loxo_index v)
 
 /* ---- faces laid flat ----------------------------------------------------------------------------------------- */
 
-typedef struct point2 {
-    double x, y;
-} point2;
-
 typedef struct flat_face {
-    point2 corner[3];
-    point2 down;   /* against the gradient */
+    k_spot corner[3];
+    k_spot down;   /* against the gradient */
     bool is_sound; /* it has area and a direction */
 } flat_face;
-
-static double cross(point2 a, point2 b) { return a.x * b.y - a.y * b.x; }
-
-static point2 minus(point2 a, point2 b) { return (point2){a.x - b.x, a.y - b.y}; }
 
 static flat_face lay_flat(const line_descent *d, int64_t f)
 {
@@ -155,16 +148,16 @@ static flat_face lay_flat(const line_descent *d, int64_t f)
     flat_face face = {.corner = {{0.0, 0.0}, {l.x1, 0.0}, {l.x2, l.y2}}};
     if (!(l.x1 > 0.0) || !(l.y2 > 0.0) || !(a + b + c < HUGE_VAL)) return face;
     const double x = (b - a) / l.x1, y = ((c - a) - x * l.x2) / l.y2;
-    face.down = (point2){-x, -y};
+    face.down = (k_spot){-x, -y};
     face.is_sound = isfinite(x) && isfinite(y) && (x != 0.0 || y != 0.0);
     return face;
 }
 
-static double slope(const flat_face *face) { return sqrt(face->down.x * face->down.x + face->down.y * face->down.y); }
+static double slope(const flat_face *face) { return spot_norm(face->down); }
 
-static point2 at_weights(const flat_face *face, const double weight[3])
+static k_spot at_weights(const flat_face *face, const double weight[3])
 {
-    point2 p = {0.0, 0.0};
+    k_spot p = {0.0, 0.0};
     for (int k = 0; k < 3; ++k) {
         p.x += weight[k] * face->corner[k].x;
         p.y += weight[k] * face->corner[k].y;
@@ -190,21 +183,21 @@ static place on_edge(const line_descent *d, loxo_index h, double t, double value
 }
 
 /* From p in face f against the gradient to the rim, by the edges whose bit is in `edges`; false: it meets none. */
-static bool cross_face(const line_descent *d, int64_t f, const flat_face *face, point2 p, unsigned edges, double value,
+static bool cross_face(const line_descent *d, int64_t f, const flat_face *face, k_spot p, unsigned edges, double value,
                        place *next)
 {
     double nearest = HUGE_VAL, t = 0.0;
     int exit = -1;
     for (int k = 0; k < 3; ++k) {
-        const point2 a = face->corner[k], side = minus(face->corner[k == 2 ? 0 : k + 1], a);
-        const double outward = -cross(side, face->down), inside = cross(side, minus(p, a));
+        const k_spot a = face->corner[k], side = spot_sub(face->corner[k == 2 ? 0 : k + 1], a);
+        const double outward = -spot_cross(side, face->down), inside = spot_cross(side, spot_sub(p, a));
         if ((edges >> k & 1) == 0 || !(outward > 0.0)) continue;
         const double s = inside > 0.0 ? inside / outward : 0.0;
         if (!(s < nearest)) continue;
-        const point2 q = minus((point2){p.x + s * face->down.x, p.y + s * face->down.y}, a);
+        const k_spot q = spot_sub((k_spot){p.x + s * face->down.x, p.y + s * face->down.y}, a);
         nearest = s;
         exit = k;
-        t = (q.x * side.x + q.y * side.y) / (side.x * side.x + side.y * side.y);
+        t = spot_dot(q, side) / spot_dot(side, side);
     }
     if (exit < 0 || !isfinite(t)) return false;
     *next = on_edge(d, (loxo_index)(3 * f + exit), t, value);
@@ -247,10 +240,10 @@ static place step_on_edge(const line_descent *d, const place *now)
         if (h < 0) continue;
         const int k = (int)(h % 3);
         const flat_face face = lay_flat(d, h / 3);
-        const point2 along = minus(face.corner[k == 2 ? 0 : k + 1], face.corner[k]);
+        const k_spot along = spot_sub(face.corner[k == 2 ? 0 : k + 1], face.corner[k]);
         const double t = side == 0 ? now->t : 1.0 - now->t;
-        const point2 p = {face.corner[k].x + t * along.x, face.corner[k].y + t * along.y};
-        if (!face.is_sound || !(cross(along, face.down) > 0.0) || !(slope(&face) > steepest)) continue;
+        const k_spot p = {face.corner[k].x + t * along.x, face.corner[k].y + t * along.y};
+        if (!face.is_sound || !(spot_cross(along, face.down) > 0.0) || !(slope(&face) > steepest)) continue;
         if (!cross_face(d, h / 3, &face, p, 7u & ~(1u << k), now->value, &next)) continue;
         steepest = slope(&face);
         best = next;
@@ -261,9 +254,9 @@ static place step_on_edge(const line_descent *d, const place *now)
 /* From corner k of a face: whether down leads into it. */
 static bool leads_into(const flat_face *face, int k)
 {
-    const point2 u = minus(face->corner[k == 2 ? 0 : k + 1], face->corner[k]);
-    const point2 w = minus(face->corner[k == 0 ? 2 : k - 1], face->corner[k]);
-    return cross(u, face->down) >= 0.0 && cross(face->down, w) >= 0.0;
+    const k_spot u = spot_sub(face->corner[k == 2 ? 0 : k + 1], face->corner[k]);
+    const k_spot w = spot_sub(face->corner[k == 0 ? 2 : k - 1], face->corner[k]);
+    return spot_cross(u, face->down) >= 0.0 && spot_cross(face->down, w) >= 0.0;
 }
 
 /* Into the face or along the edge that goes down fastest; itself where none does. by_edges: along edges only. */
@@ -344,7 +337,7 @@ static loxo_index search(line_descent *d, loxo_index from, double value, int64_t
 }
 
 /* Goes by edges to the nearest vertex that is lower. */
-static loxo_status go_lower(line_descent *d, place *now, line_builder *builder)
+static loxo_status go_lower(line_descent *d, place *now, line_way *way)
 {
     int64_t n = 0;
     loxo_status status = prepare_search(d);
@@ -360,7 +353,8 @@ static loxo_status go_lower(line_descent *d, place *now, line_builder *builder)
             v = before;
         }
         for (loxo_index v = next; status >= 0; v = d->found_by[v]) {
-            status = line_add_vertex(builder, v);
+            const line_place at = {.vertex = v, .halfedge = -1, .face = -1};
+            status = line_way_add(way, &at);
             if (v == lower) break;
         }
         *now = at_vertex(d, lower);
@@ -382,7 +376,7 @@ static void look_for_goal(const line_descent *d, int64_t f, const double weight[
     k_face_lengths(d->m, f, length);
     const k_layout layout = k_layout_of(length);
     const flat_face flat = {.corner = {{0.0, 0.0}, {layout.x1, 0.0}, {layout.x2, layout.y2}}};
-    const point2 p = at_weights(&flat, weight);
+    const k_spot p = at_weights(&flat, weight);
     const held_goal key = {.face = (loxo_index)f};
     int64_t low = 0, high = d->n_held;
     for (int k = 0; k < 3; ++k) {
@@ -400,8 +394,8 @@ static void look_for_goal(const line_descent *d, int64_t f, const double weight[
             high = middle;
     }
     for (; low < d->n_held && d->held[low].face == key.face; ++low) {
-        const point2 way = minus(at_weights(&flat, d->held[low].weight), p);
-        const double away = sqrt(way.x * way.x + way.y * way.y);
+        const k_spot way = spot_sub(at_weights(&flat, d->held[low].weight), p);
+        const double away = spot_norm(way);
         if (away >= *best || away > most) continue;
         *best = away;
         *found = d->held[low];
@@ -436,11 +430,17 @@ static bool find_goal(const line_descent *d, const place *now, double most, held
     return best < HUGE_VAL;
 }
 
-static loxo_status add_place(const line_descent *d, line_builder *builder, const place *now)
+static loxo_status add_place(line_way *way, const place *now)
 {
-    if (now->vertex >= 0) return line_add_vertex(builder, now->vertex);
-    if (now->halfedge < 0) return line_add_in_face(builder, now->face, now->weight);
-    return line_add_on_edge(builder, d->m->halfedge_vertex[now->halfedge], k_head(d->m, now->halfedge), now->t);
+    const line_place at = {
+        now->vertex, now->halfedge, now->face, now->t, {now->weight[0], now->weight[1], now->weight[2]}};
+    return line_way_add(way, &at);
+}
+
+static loxo_status add_goal(const line_descent *d, line_way *way, const held_goal *goal)
+{
+    const line_place at = line_place_in_face(d->m, goal->face, goal->weight);
+    return line_way_add(way, &at);
 }
 
 static place place_of(const line_descent *d, const line_goal *from)
@@ -462,30 +462,30 @@ static place place_of(const line_descent *d, const line_goal *from)
     return now;
 }
 
-loxo_status line_descend(line_descent *d, const line_goal *from, line_builder *builder)
+loxo_status line_descend(line_descent *d, const line_goal *from, line_way *way)
 {
     const int64_t most_steps = 4 * d->m->n_faces + 64;
     place now = place_of(d, from);
     held_goal goal = {.face = NO_FACE};
     bool is_any_good = false; /* nothing goes down, or did one step ago: any goal of the face */
-    loxo_status status = add_place(d, builder, &now);
+    way->n = 0;
+    loxo_status status = add_place(way, &now);
     if (!isfinite(now.value))
         return loxo_fail(d->ctx, LOXO_ERR_ARGUMENT, "a way: the distance where it begins is not finite");
     for (int64_t n_steps = 0; status >= 0; ++n_steps) {
         if (now.vertex >= 0 && is_goal(d, now.vertex)) return LOXO_OK;
-        if (find_goal(d, &now, is_any_good ? HUGE_VAL : TRUST * now.value, &goal))
-            return line_add_in_face(builder, goal.face, goal.weight);
+        if (find_goal(d, &now, is_any_good ? HUGE_VAL : TRUST * now.value, &goal)) return add_goal(d, way, &goal);
         const bool by_edges = n_steps > most_steps;
         place next = now.vertex >= 0     ? step_at_vertex(d, &now, by_edges)
                      : now.halfedge >= 0 ? step_on_edge(d, &now)
                                          : step_in_face(d, &now);
         if (by_edges && next.vertex < 0) next = lower_end(d, next.halfedge);
         const bool is_stuck = next.vertex >= 0 && next.vertex == now.vertex;
-        if (is_stuck && find_goal(d, &now, HUGE_VAL, &goal)) return line_add_in_face(builder, goal.face, goal.weight);
+        if (is_stuck && find_goal(d, &now, HUGE_VAL, &goal)) return add_goal(d, way, &goal);
         is_any_good = is_stuck;
         if (!is_stuck && !(next.value < now.value) && next.vertex < 0) next = lower_end(d, next.halfedge);
         now = next;
-        status = is_stuck ? go_lower(d, &now, builder) : add_place(d, builder, &now);
+        status = is_stuck ? go_lower(d, &now, way) : add_place(way, &now);
     }
     return status;
 }

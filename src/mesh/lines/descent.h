@@ -3,7 +3,7 @@
 #ifndef LOXO_MESH_LINES_DESCENT_H
 #define LOXO_MESH_LINES_DESCENT_H
 
-#include "mesh/lines/builder.h"
+#include "mesh/lines/way.h"
 
 /* A point of the surface in the mesh's numbers: as a solver's seeds. vertex -1: inside a face or an edge. */
 typedef struct line_goal {
@@ -17,9 +17,9 @@ typedef struct line_descent line_descent;
  * the end. LOXO_OK, LOXO_ERR_MEMORY. */
 loxo_status line_descent_begin(loxo_context *ctx, const loxo_mesh_view *m, const double *distance,
                                const line_goal *goals, int64_t n_goals, line_descent **out);
-/* Adds the way from a point to a goal, without ending the line. LOXO_ERR_ARGUMENT: no way leads on, as in a part of the
+/* The way from a point to a goal, in the place of what way held. LOXO_ERR_ARGUMENT: no way leads on, as in a part of the
  * surface that has no goal. */
-loxo_status line_descend(line_descent *descent, const line_goal *from, line_builder *builder);
+loxo_status line_descend(line_descent *descent, const line_goal *from, line_way *way);
 void line_descent_end(line_descent *descent);
 
 #endif

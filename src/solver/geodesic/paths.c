@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: MIT
- * Ways back to the sources: by the method itself, or down the distances. */
+ * Ways back to the sources: by the method itself, or down the distances and then drawn tight. */
 #include "base/allocate.h"
 #include "mesh/lines/descent.h"
+#include "mesh/lines/straighten.h"
 #include "solver/geodesic/geodesic_internal.h"
 
 #include <inttypes.h>
@@ -16,6 +17,8 @@ typedef struct path_finder {
     const double *distance; /* mesh's order */
     line_goal *goal;
     line_descent *descent;
+    line_way way;
+    line_straightener straightener;
 } path_finder;
 
 static double distance_at(const path_finder *p, const geodesic_seed *at)
@@ -36,6 +39,8 @@ static line_goal goal_of(const geodesic_seed *seed)
 static loxo_status begin(path_finder *p, const geodesic_seed *seeds, int64_t n_seeds)
 {
     if (p->engine != NULL) return LOXO_OK;
+    p->way = (line_way){.ctx = p->problem->ctx};
+    line_straightener_begin(p->problem->ctx, &p->problem->m, &p->straightener);
     p->goal = loxo_allocate(p->problem->ctx, n_seeds, sizeof *p->goal);
     if (p->goal == NULL) return LOXO_ERR_MEMORY;
     for (int64_t i = 0; i < n_seeds; ++i)
@@ -45,7 +50,10 @@ static loxo_status begin(path_finder *p, const geodesic_seed *seeds, int64_t n_s
 
 static void end(path_finder *p)
 {
+    if (p->engine != NULL) return;
     line_descent_end(p->descent);
+    line_way_destroy(&p->way);
+    line_straightener_end(&p->straightener);
     loxo_release(p->problem->ctx, p->goal);
 }
 
@@ -72,7 +80,8 @@ static loxo_status find_path(path_finder *p, const loxo_surface_point *target, i
         status = p->engine->trace(p->state, &from[best], builder);
     } else {
         const line_goal start = goal_of(&from[best]);
-        status = line_descend(p->descent, &start, builder);
+        status = line_descend(p->descent, &start, &p->way);
+        if (status >= 0) status = line_straighten(&p->straightener, &p->way, builder);
     }
     if (status >= 0) status = line_end_way(builder, distance);
     loxo_release(ctx, from);
