@@ -263,6 +263,38 @@ TEST(ways_that_are_none)
     surface_destroy(&s);
 }
 
+/* A call that is refused leaves what the solve before has found, its sources too. */
+TEST(ways_after_a_refused_solve)
+{
+    surface s = surface_make(test_context, LOXO_SHAPE_GRID, 100, NAN);
+    double *distance = surface_numbers(&s), *heat = surface_numbers(&s);
+    const loxo_index source = 0, bad = (loxo_index)s.soup.n_vertices;
+    const loxo_surface_point target = at(77);
+    for (int64_t v = 0; v < s.soup.n_vertices; ++v)
+        heat[v] = v == 5 ? (double)NAN : 1.0;
+    for (int method = 0; method < LOXO_GEODESIC_N_METHODS; ++method) {
+        const loxo_geodesic_settings settings = unjudged_settings((loxo_geodesic_method)method);
+        loxo_geodesic *g = NULL;
+        loxo_polylines before, after;
+        CHECK_OK(loxo_geodesic_create(test_context, s.mesh, &settings, &g));
+        CHECK_OK(loxo_geodesic_solve(g, &source, 1, distance, NULL));
+        CHECK_OK(loxo_geodesic_paths(g, &target, 1, &before));
+        CHECK_STATUS(test_context, loxo_geodesic_solve(g, &bad, 1, distance, NULL), LOXO_ERR_ARGUMENT);
+        CHECK_STATUS(test_context,
+                     loxo_geodesic_solve_from_heat(g, (const loxo_index[]){9}, 1, heat, NULL, distance, NULL),
+                     LOXO_ERR_ARGUMENT);
+        CHECK_OK(loxo_geodesic_paths(g, &target, 1, &after));
+        CHECK_EQUAL(after.n_points, before.n_points);
+        CHECK(memcmp(after.position, before.position, (size_t)after.n_points * sizeof *after.position) == 0);
+        loxo_polylines_destroy(test_context, &before);
+        loxo_polylines_destroy(test_context, &after);
+        loxo_geodesic_destroy(g);
+    }
+    loxo_release(test_context, heat);
+    loxo_release(test_context, distance);
+    surface_destroy(&s);
+}
+
 static loxo_status find_ways(loxo_context *ctx, void *arg)
 {
     const surface *s = arg;

@@ -203,9 +203,13 @@ static loxo_status solve_from(loxo_geodesic *g, const solve_call *call, loxo_geo
                                   : geodesic_seeds_from_vertices(&g->problem, call->sources, call->n, &seeds, &n_seeds);
     if (status >= 0 && call->heat_value != NULL)
         status = g->engine->give_heat(g->state, call->heat_value, call->heat_scale);
+    if (status < 0) { /* the solve before still stands, with its seeds */
+        loxo_release(g->problem.ctx, seeds);
+        return status;
+    }
     loxo_progress_begin(g->problem.ctx);
-    if (status >= 0) status = solve(g, seeds, n_seeds, call->heat_value != NULL, call->distance, info);
-    loxo_release(g->problem.ctx, g->seeds); /* of the solve before */
+    status = solve(g, seeds, n_seeds, call->heat_value != NULL, call->distance, info);
+    loxo_release(g->problem.ctx, g->seeds);
     g->seeds = seeds;
     g->n_seeds = n_seeds;
     info->total_s = loxo_os_clock_s() - start_s;
