@@ -16,7 +16,7 @@ typedef struct best_face {
     double weight[3];
 } best_face;
 
-/* Squared distance to the box around a triangle: less than to the triangle, and cheap. */
+/* Squared distance to the box around a triangle: not more than to the triangle but for rounding, and cheap. */
 static double to_box(loxo_vec3 p, loxo_vec3 a, loxo_vec3 b, loxo_vec3 c)
 {
     const double x = fmax(fmax(fmin(fmin(a.x, b.x), c.x) - p.x, p.x - fmax(fmax(a.x, b.x), c.x)), 0.0);
@@ -33,8 +33,11 @@ static void look(const loxo_mesh_view *m, loxo_range faces, int64_t n, const dou
         for (int64_t i = 0; i < n; ++i) {
             const loxo_vec3 p = v3_load(position[i]);
             double weight[3] = {0.0, 0.0, 0.0};
-            if (!(to_box(p, a, b, c) < best[i].square)) continue;
-            const double square = k_closest_in_triangle(p, a, b, c, weight);
+            const double box = to_box(p, a, b, c);
+            if (!(box < best[i].square)) continue;
+            /* What rounding puts below the box counts as at it: else whether a face is looked at, which depends on the
+             * faces that this thread has seen, would change the answer. */
+            const double square = fmax(k_closest_in_triangle(p, a, b, c, weight), box);
             if (!(square < best[i].square)) continue;
             best[i] = (best_face){square, f, {weight[0], weight[1], weight[2]}};
         }

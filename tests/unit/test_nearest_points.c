@@ -100,6 +100,42 @@ TEST(a_vertex_is_nearest_to_itself)
     loxo_soup_destroy(test_context, &soup);
 }
 
+/* Over a vertex of a plane several faces are as near as each other but for rounding: here at thirds, which are no numbers
+ * of a computer. Which is taken must not depend on which faces a thread has seen. */
+TEST(same_bits_for_any_number_of_threads)
+{
+    NEEDS_IDS(6 * 5000);
+    static const int n_threads[4] = {1, 2, 3, 7};
+    uint64_t hash[4];
+    loxo_soup soup = {0};
+    loxo_mesh_destroy(grid_mesh(&soup, 5000));
+    const int64_t n = soup.n_vertices;
+    const loxo_mesh_arrays arrays = loxo_soup_arrays(&soup);
+    double(*position)[3] = loxo_allocate(test_context, n, sizeof *position), *away = loxo_allocate(test_context, n, 8);
+    loxo_surface_point *point = loxo_allocate(test_context, n, sizeof *point);
+    for (int64_t i = 0; i < 3 * n; ++i) {
+        soup.position[i] /= 3.0;
+        position[i / 3][i % 3] = i % 3 == 2 ? 0.1 + 0.001 * (double)(i / 3) : soup.position[i];
+    }
+    for (int k = 0; k < 4; ++k) {
+        loxo_context *ctx = test_context_with_threads(n_threads[k]);
+        loxo_mesh *mesh = NULL;
+        CHECK_STATUS(ctx, loxo_mesh_create(ctx, &arrays, LOXO_BORROW, NULL, NULL, &mesh), LOXO_OK);
+        CHECK_STATUS(ctx, loxo_mesh_nearest_points(mesh, n, (const double(*)[3])position, point, away), LOXO_OK);
+        hash[k] = test_hash(away, (size_t)n * sizeof *away);
+        for (int64_t i = 0; i < n; ++i)
+            hash[k] = hash[k] * 31 + test_hash(point[i].vertex, sizeof point[i].vertex) +
+                      test_hash(point[i].weight, sizeof point[i].weight);
+        CHECK(hash[k] == hash[0]);
+        loxo_mesh_destroy(mesh);
+        loxo_context_destroy(ctx);
+    }
+    loxo_release(test_context, point);
+    loxo_release(test_context, away);
+    loxo_release(test_context, position);
+    loxo_soup_destroy(test_context, &soup);
+}
+
 TEST(what_has_no_nearest_point)
 {
     loxo_soup soup = {0};
