@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT
  * Series of solves: farthest points cover, matrices are symmetric where the surface is flat. */
+#include "solver/geodesic/geodesic_internal.h"
 #include "surfaces.h"
 
 #include <loxo/geodesic.h>
@@ -158,6 +159,70 @@ TEST(matrix_of_a_disk)
 }
 
 TEST(matrix_of_a_grid) { check_matrix(LOXO_SHAPE_GRID, LOXO_GEODESIC_EDGE, 0.02); }
+
+/* Two faces of a square: of points on their common edge, on other edges and inside, those that are in one face are a straight
+ * line apart, whichever face the edge is counted to. */
+TEST(matrix_inside_a_face)
+{
+    static const double position[12] = {0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 1.0, 0.0};
+    static const loxo_index triangle[6] = {0, 1, 2, 0, 2, 3};
+    static const loxo_surface_point point[6] = {{{0, 2, -1}, {0.5, 0.5, 0.0}},   {{0, 1, 2}, {0.45, 0.05, 0.5}},
+                                                {{0, 3, 2}, {0.45, 0.05, 0.5}},  {{0, 1, -1}, {0.75, 0.25, 0.0}},
+                                                {{0, 3, -1}, {0.75, 0.25, 0.0}}, {{3, -1, -1}, {1.0, 0.0, 0.0}}};
+    static const double x[6][2] = {{0.5, 0.5}, {0.55, 0.5}, {0.5, 0.55}, {0.25, 0.0}, {0.0, 0.25}, {0.0, 1.0}};
+    static const int faces[6] = {3, 1, 2, 1, 2, 2}; /* a bit for each that has it */
+    surface s = surface_small(test_context, 4, position, 2, triangle);
+    for (int method = 0; method < LOXO_GEODESIC_N_METHODS; ++method) {
+        const loxo_geodesic_settings settings = unjudged_settings((loxo_geodesic_method)method);
+        double matrix[6][6];
+        loxo_geodesic *g = NULL;
+        CHECK_OK(loxo_geodesic_create(test_context, s.mesh, &settings, &g));
+        CHECK_OK(loxo_geodesic_matrix(g, point, 6, &matrix[0][0]));
+        const bool is_exact = method == LOXO_GEODESIC_EXACT || method == LOXO_GEODESIC_FAST;
+        for (int i = 0; i < 6; ++i)
+            for (int j = 0; j < 5; ++j) { /* at a vertex it is what the method says */
+                const double line = hypot(x[i][0] - x[j][0], x[i][1] - x[j][1]);
+                if ((faces[i] & faces[j]) == 0) continue;
+                CHECK(matrix[i][j] <= line + 1e-15); /* others may say less between vertices */
+                if (is_exact) CHECK_NEAR(matrix[i][j], line, 1e-15);
+            }
+        loxo_geodesic_destroy(g);
+    }
+    surface_destroy(&s);
+}
+
+/* All that a method says is NaN. */
+static loxo_status solve_nothing(void *state, const geodesic_seed *seeds, int64_t n_seeds, double *distance,
+                                 loxo_index *nearest, loxo_geodesic_info *info)
+{
+    (void)state, (void)seeds, (void)n_seeds, (void)nearest, (void)info;
+    for (int v = 0; v < 4; ++v)
+        distance[v] = NAN;
+    return LOXO_OK;
+}
+
+TEST(series_of_what_is_not_finite)
+{
+    static const double position[12] = {0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 1.0, 0.0};
+    static const loxo_index triangle[6] = {0, 1, 2, 0, 2, 3};
+    const loxo_surface_point points[2] = {{{0, -1, -1}, {1.0, 0.0, 0.0}}, {{0, 2, 3}, {0.25, 0.25, 0.5}}};
+    const loxo_geodesic_settings settings = unjudged_settings(LOXO_GEODESIC_EDGE);
+    surface s = surface_small(test_context, 4, position, 2, triangle);
+    loxo_geodesic *g = NULL;
+    loxo_index point[3];
+    double matrix[4], distance[4];
+    CHECK_OK(loxo_geodesic_create(test_context, s.mesh, &settings, &g));
+    geodesic_engine broken = *g->engine;
+    broken.solve = solve_nothing;
+    broken.touched = NULL;
+    g->engine = &broken;
+    CHECK_STATUS(test_context, loxo_geodesic_solve(g, (const loxo_index[]){0}, 1, distance, NULL), LOXO_ERR_NUMERIC);
+    CHECK_STATUS(test_context, loxo_geodesic_matrix(g, points, 2, matrix), LOXO_ERR_NUMERIC);
+    CHECK_STATUS(test_context, loxo_geodesic_farthest_points(g, (const loxo_index[]){0}, 1, 3, point, NULL, NULL),
+                 LOXO_ERR_NUMERIC);
+    loxo_geodesic_destroy(g);
+    surface_destroy(&s);
+}
 
 TEST(matrices_that_are_none)
 {

@@ -27,21 +27,25 @@ typedef struct sampling {
     double *least; /* [n_vertices] distance to the nearest of the points so far */
 } sampling;
 
-/* least takes in the distances of the last solve. */
-static void take_in(const sampling *s)
+/* least takes in the distances of the last solve. A vertex without a number would be farthest for ever. */
+static loxo_status take_in(const sampling *s)
 {
     const loxo_geodesic *g = s->g;
     int64_t n_touched = 0;
     const loxo_index *touched = g->engine->touched != NULL ? g->engine->touched(g->state, &n_touched) : NULL;
     const int64_t n = touched != NULL ? n_touched : g->problem.m.n_vertices;
-#pragma omp parallel num_threads(loxo_threads_for(g->problem.ctx, n, 1.0))
+    int64_t n_bad = 0;
+#pragma omp parallel num_threads(loxo_threads_for(g->problem.ctx, n, 1.0)) reduction(+ : n_bad)
     {
         const loxo_range r = loxo_thread_range(n);
         for (int64_t i = r.begin; i < r.end; ++i) {
             const int64_t v = touched != NULL ? touched[i] : i;
             if (g->distance[v] < s->least[v]) s->least[v] = g->distance[v];
+            n_bad += isnan(g->distance[v]) ? 1 : 0;
         }
     }
+    if (n_bad == 0) return LOXO_OK;
+    return loxo_fail(g->problem.ctx, LOXO_ERR_NUMERIC, "geodesic: %" PRId64 " distances are not finite", n_bad);
 }
 
 static int64_t caller_vertex(const loxo_mesh_view *m, int64_t v)
@@ -80,8 +84,7 @@ static loxo_status add_points(sampling *s, const loxo_index *points, int64_t n, 
     loxo_status status = geodesic_seeds_from_vertices(&s->g->problem, points, n, &seeds, &n_seeds);
     if (status >= 0) status = solve_one(s->g, seeds, n_seeds, worst);
     loxo_release(s->g->problem.ctx, seeds);
-    if (status >= 0) take_in(s);
-    return status;
+    return status < 0 ? status : take_in(s);
 }
 
 static loxo_status sample(sampling *s, int64_t n_start, int64_t n_points, loxo_index *point, double *radius)
@@ -136,20 +139,49 @@ loxo_status loxo_geodesic_farthest_points(loxo_geodesic *geodesic, const loxo_in
 
 /* ---- matrices ------------------------------------------------------------------------------------------------ */
 
-/* Straight over the one face, from a seed to a point inside it; HUGE_VAL: they share none. */
+/* A point that is no vertex, as each face that it lies in sees it: two inside an inner edge. Returns how many. */
+static int seen_by_faces(const loxo_mesh_view *m, const geodesic_seed *seed, geodesic_seed seen[2])
+{
+    seen[0] = *seed;
+    for (int k = 0; k < 3; ++k) {
+        const loxo_index h = (loxo_index)((int64_t)3 * seed->face + k), twin = m->halfedge_twin[h];
+        if (seed->weight[k == 0 ? 2 : k - 1] > 0.0 || twin < 0) continue;
+        seen[1] = (geodesic_seed){.vertex = -1, .face = (loxo_index)(twin / 3), .source = seed->source};
+        seen[1].weight[twin % 3] = seed->weight[k == 2 ? 0 : k + 1];
+        seen[1].weight[k_next(twin) % 3] = seed->weight[k];
+        return 2;
+    }
+    return 1;
+}
+
+/* Straight over the face of `to`, from a seed that names it or is one of its corners; HUGE_VAL: neither. */
 static double across_face(const loxo_mesh_view *m, const geodesic_seed *from, const geodesic_seed *to)
 {
-    double length[3];
-    if (to->vertex >= 0) return HUGE_VAL;
+    double length[3], least = HUGE_VAL;
+    if (from->vertex < 0 && from->face != to->face) return HUGE_VAL;
     k_face_lengths(m, to->face, length);
     const k_layout face = k_layout_of(length);
-    for (int k = 0; k < 3 && from->vertex >= 0; ++k)
+    if (from->vertex < 0) {
+        const double b = to->weight[1] - from->weight[1], c = to->weight[2] - from->weight[2];
+        const double x = b * face.x1 + c * face.x2, y = c * face.y2;
+        return sqrt(x * x + y * y);
+    }
+    for (int k = 0; k < 3; ++k)
         if (m->halfedge_vertex[(int64_t)3 * to->face + k] == from->vertex)
-            return k_distance_to_corner(face, to->weight, k);
-    if (from->vertex >= 0 || from->face != to->face) return HUGE_VAL;
-    const double b = to->weight[1] - from->weight[1], c = to->weight[2] - from->weight[2];
-    const double x = b * face.x1 + c * face.x2, y = c * face.y2;
-    return sqrt(x * x + y * y);
+            least = fmin(least, k_distance_to_corner(face, to->weight, k));
+    return least;
+}
+
+/* Straight from a seed to a point that is no vertex, over a face that has both; HUGE_VAL: none has. */
+static double straight(const loxo_mesh_view *m, const geodesic_seed *from, const geodesic_seed *to)
+{
+    geodesic_seed from_face[2] = {*from, *from}, to_face[2];
+    double least = HUGE_VAL;
+    const int n_from = from->vertex >= 0 ? 1 : seen_by_faces(m, from, from_face), n_to = seen_by_faces(m, to, to_face);
+    for (int i = 0; i < n_from; ++i)
+        for (int j = 0; j < n_to; ++j)
+            least = fmin(least, across_face(m, &from_face[i], &to_face[j]));
+    return least;
 }
 
 /* The distance at a point, linear between vertices, or straight from a source in its face. */
@@ -160,8 +192,10 @@ static double distance_at(const loxo_geodesic *g, const geodesic_seed *from, int
     for (int k = 0; k < 3; ++k)
         if (to->weight[k] > 0.0)
             sum += to->weight[k] * g->distance[g->problem.m.halfedge_vertex[(int64_t)3 * to->face + k]];
-    for (int64_t i = 0; i < n_from; ++i)
-        sum = fmin(sum, across_face(&g->problem.m, &from[i], to));
+    for (int64_t i = 0; i < n_from; ++i) {
+        const double direct = straight(&g->problem.m, &from[i], to);
+        if (direct < sum) sum = direct; /* no fmin: that would hide a sum that is not a number */
+    }
     return sum;
 }
 
