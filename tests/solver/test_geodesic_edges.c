@@ -43,6 +43,26 @@ TEST(sources_that_are_none)
     surface_destroy(&s);
 }
 
+/* A seed keeps the number of its source as an id: only ids of 16 bits run out here. */
+TEST(more_sources_than_ids)
+{
+    if (test_ids_fit(40000)) SKIP();
+    enum { N = 40000 };
+    surface s = surface_make(test_context, LOXO_SHAPE_ICOSPHERE, 162, NAN);
+    loxo_index *many = loxo_allocate(test_context, N, sizeof *many);
+    double *distance = surface_numbers(&s);
+    loxo_geodesic *g = NULL;
+    for (int i = 0; i < N; ++i)
+        many[i] = 7;
+    CHECK_OK(loxo_geodesic_create(test_context, s.mesh, NULL, &g));
+    CHECK_STATUS(test_context, loxo_geodesic_solve(g, many, N, distance, NULL), LOXO_ERR_LIMIT);
+    CHECK_OK(loxo_geodesic_solve(g, many, LOXO_INDEX_MAX, distance, NULL));
+    loxo_geodesic_destroy(g);
+    loxo_release(test_context, many);
+    loxo_release(test_context, distance);
+    surface_destroy(&s);
+}
+
 TEST(repeated_and_shuffled_sources_are_a_set)
 {
     static const loxo_index as_set[] = {5, 100, 161}, as_given[] = {161, 5, 5, 100, 161, 5};

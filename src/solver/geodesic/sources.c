@@ -227,6 +227,7 @@ loxo_status geodesic_seeds_from_vertices(const geodesic_problem *problem, const 
     *n_seeds = 0;
     if (sources == NULL || n_sources < 1)
         return loxo_fail(problem->ctx, LOXO_ERR_ARGUMENT, "geodesic: there is no source");
+    if (n_sources > LOXO_INDEX_MAX) return loxo_fail(problem->ctx, LOXO_ERR_LIMIT, "geodesic: more sources than ids");
     loxo_index *own = loxo_allocate(problem->ctx, n_sources, sizeof *own);
     if (own == NULL) return LOXO_ERR_MEMORY;
     memcpy(own, sources, (size_t)n_sources * sizeof *own);
