@@ -55,11 +55,14 @@ static loxo_status read_row(loxo_context *ctx, const loxo_text *text, const char
     return loxo_text_fail(ctx, text, &fault, NULL);
 }
 
-/* A first line whose first word is no number. */
+/* A first line whose first word is no number, and does not begin as one: `1.5abc` is a fault, `x` is not. */
 static bool is_header(const loxo_text *text, const char *p)
 {
+    const char *end = number_end(text, p), *digit = p;
     double value;
-    return loxo_scan_double(&p, number_end(text, p), &value) == LOXO_SCAN_BAD;
+    while (digit < end && (*digit == '+' || *digit == '-' || *digit == '.'))
+        ++digit;
+    return (digit == end || !loxo_is_digit(*digit)) && loxo_scan_double(&p, end, &value) == LOXO_SCAN_BAD;
 }
 
 loxo_status loxo_read_csv_points(loxo_context *ctx, const uint8_t *bytes, size_t n_bytes, const char *name,

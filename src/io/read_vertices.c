@@ -124,13 +124,14 @@ loxo_status loxo_read_vertices_bytes(loxo_context *ctx, const uint8_t *bytes, si
                         key == NULL ? "no vertex in it" : "no vertex has the key '%.60s'", key);
 }
 
-/* "FILE.gii:KEY": where the key begins; NULL: there is none. */
+/* "FILE.gii:KEY": where the key begins, which may have colons of its own; NULL: there is none. */
 static const char *key_of(const char *path)
 {
-    const char *colon = strrchr(path, ':');
-    if (colon == NULL) return NULL;
-    const size_t n = (size_t)(colon - path);
-    return ends_in(path, n, ".gii") || ends_in(path, n, ".gii.gz") ? colon + 1 : NULL;
+    for (const char *colon = strchr(path, ':'); colon != NULL; colon = strchr(colon + 1, ':')) {
+        const size_t n = (size_t)(colon - path);
+        if (ends_in(path, n, ".gii") || ends_in(path, n, ".gii.gz")) return colon + 1;
+    }
+    return NULL;
 }
 
 static loxo_status read_file(loxo_context *ctx, const char *path, const char *key, int64_t n_vertices,

@@ -116,7 +116,7 @@ TEST(bad_labels)
 #ifdef LOXO_WITH_EXPAT
 #define GIFTI(type, n, data)                                                                                           \
     "<?xml version=\"1.0\"?><GIFTI NumberOfDataArrays=\"1\"><LabelTable><Label Key=\"0\">none</Label>\n"               \
-    "<Label Key=\"3\" Red=\"1\"> V1 </Label><Label Index=\"7\"><![CDATA[V2 & more]]></Label></LabelTable>\n"           \
+    "<Label Key=\"3\" Red=\"1\"> V1 </Label><Label Index=\"7\"><![CDATA[V2: & more]]></Label></LabelTable>\n"          \
     "<DataArray Intent=\"NIFTI_INTENT_LABEL\" DataType=\"NIFTI_TYPE_" type "\" Dimensionality=\"1\" Dim0=\"" n         \
     "\" Encoding=\"ASCII\"><Data>" data "</Data></DataArray></GIFTI>"
 
@@ -130,7 +130,7 @@ TEST(gifti_regions)
     check_read(read_named(BYTES(labels), "a.label.gii", "3"), "1 2 11");
     check_read(read_named(BYTES(labels), "a.label.gii", "-7"), "9");
     check_read(read_named(BYTES(labels), "a.label.gii", "V1"), "1 2 11");
-    check_read(read_named(BYTES(labels), "a.label.gii", "V2 & more"), "4");
+    check_read(read_named(BYTES(labels), "a.label.gii", "V2: & more"), "4");
     check_read(read_named(BYTES(shape), "a.shape.gii", NULL), "1 6 11");
     check_read(read_named(BYTES(shape), "a.shape.gii", "2.5"), "11");
     check_fails(read_named(BYTES(labels), "a.gii", "V3"), LOXO_ERR_MALFORMED, 0, "there is no label called 'V3'");
@@ -148,6 +148,8 @@ TEST(key_behind_a_name)
     write_scratch(test_scratch("a.label.gii"), BYTES(labels));
     snprintf(path, sizeof path, "%s:V1", test_scratch("a.label.gii"));
     check_read(loxo_read_vertices(test_context, path, N_VERTICES, &vertex, &n_read), "1 2 11");
+    snprintf(path, sizeof path, "%s:V2: & more", test_scratch("a.label.gii"));
+    check_read(loxo_read_vertices(test_context, path, N_VERTICES, &vertex, &n_read), "4");
     check_read(loxo_read_vertices(test_context, test_scratch("a.label.gii"), N_VERTICES, &vertex, &n_read), "1 2 4 11");
 }
 #endif
@@ -204,7 +206,7 @@ TEST(rows_of_points)
 {
     static const double expected[6] = {1.0, -2.5, 3e2, 0.0, 0.5, 1.0};
     static const char *const good[] = {"1,-2.5,3e2\n0,.5,1\n", "x,y,z\n1, -2.5, 3e2\n\n0, .5, 1.",
-                                       "# c\nx y z\n1 -2.5 300 # d\n0 0.5 1", "1;-2.5;300\r\n0;0.5;1\r\n"};
+                                       "# c\n-x .y z\n1 -2.5 300 # d\n0 0.5 1", "1;-2.5;300\r\n0;0.5;1\r\n"};
     for (int i = 0; i < 4; ++i)
         check_points(read_points(good[i], strlen(good[i])), 2, expected);
     char npy[256] = "\x93NUMPY\x01\x00";
@@ -238,6 +240,8 @@ TEST(bad_rows_of_points)
         {"1 2 3\n1,,3\n", 2, "is not a number"},
         {"1,5 2,5 3,5\n", 1, "more than 3 values"},
         {"1 2 1e400\n", 1, "is not a number"},
+        {"1.5abc 2 3\n4 5 6\n", 1, "\"1.5abc\" is not a number"}, /* no header */
+        {"-0x1p0 2 3\n4 5 6\n", 1, "\"-0x1p0\" is not a number"},
     };
     for (size_t i = 0; i < sizeof rows / sizeof rows[0]; ++i) {
         const loxo_failure *failure = loxo_context_failure(test_context);
