@@ -26,7 +26,7 @@ typedef enum loxo_isa { LOXO_ISA_AUTO, LOXO_ISA_BASELINE, LOXO_ISA_AVX2, LOXO_IS
 
 typedef struct loxo_context_settings {
     size_t memory_limit_bytes; /* 0: 80 % of what the machine or its control group grants */
-    int n_threads;             /* 0: OMP_NUM_THREADS if that is a number, else the processors this process may use */
+    int n_threads;             /* 0: the processors this process may use, fewer if OMP_NUM_THREADS is a lower number */
     loxo_isa isa;              /* LOXO_ISA_AUTO: the widest that the processor has */
     loxo_allocator allocator;  /* {0}: malloc, and pages of the system for large blocks */
     loxo_monitor_fn monitor;   /* may be NULL */
