@@ -16,12 +16,15 @@
 #define BENCH_PATH        4096
 
 typedef struct bench_settings {
-    int repeats;       /* measured rounds; a warm-up round goes before */
-    int64_t vertices;  /* of the generated meshes of `time`, `build`, and the smaller of `scale` */
-    int64_t largest;   /* vertices of the larger mesh of `scale` */
-    int64_t source;    /* vertex from which `time` and `scale` solve; errors are known from vertex 0 only */
-    double share;      /* paper: sizes of meshes, in those of the paper */
-    size_t max_memory; /* bytes that solves may take; 0: what the machine grants */
+    int repeats;           /* measured rounds; a warm-up round goes before */
+    int64_t vertices;      /* of the generated meshes of `time`, `build`, and the smaller of `scale` */
+    int64_t largest;       /* vertices of the larger mesh of `scale` */
+    int64_t source;        /* vertex from which `time` and `scale` solve; errors are known from vertex 0 only */
+    double share;          /* paper: sizes of meshes, in those of the paper */
+    size_t max_memory;     /* bytes that solves may take; 0: what the machine grants */
+    double search_seconds; /* paper: of the search of the best m, each method on each mesh */
+    double
+        solve_seconds; /* paper: methods of which one solve is predicted to take longer are not run; rounds end after it */
 } bench_settings;
 
 /* Somebody else's program: a shell command with {mesh} {sources} {out} {threads} {method} in it. It prints `seconds X`
@@ -80,7 +83,7 @@ const char *bench_stat_text(bench_stat stat, double scale, char *text, size_t n)
 json_t *bench_stat_json(bench_stat stat);
 
 #define BENCH_MAX_COLUMNS 18
-#define BENCH_MAX_ROWS    200
+#define BENCH_MAX_ROWS    400
 #define BENCH_CELL        64
 
 typedef struct bench_table {
@@ -153,7 +156,7 @@ loxo_status bench_worker(bench *b, int argc, char **argv);
  *   solve FILE METHOD N OUT       N solves; METHOD is a name and settings, as "edge,time-factor=2"
  *   error CASE FILE               mean relative error of distances
  *   compare TRUTH FILE            the same, over as many vertices as TRUTH has
- *   search FILE METHOD TRUTH      the best time factor m */
+ *   search FILE METHOD TRUTH START   the best time factor m, looked for from START on */
 loxo_status bench_worker_run(bench *b, int n_threads, const char *const *task, json_t **result);
 /* "edge,time-factor=2" into settings. */
 loxo_status bench_method_settings(bench *b, const char *method, loxo_geodesic_settings *settings);

@@ -46,6 +46,18 @@ static const loxo_option options[] = {
      .min = 0,
      .max = 1e15,
      .help = "bytes that a measured solve may take; 0: what the machine grants"},
+    {.name = "search-seconds",
+     .type = LOXO_OPTION_DOUBLE,
+     .offset = offsetof(bench_settings, search_seconds),
+     .min = 0.0,
+     .max = 1e6,
+     .help = "paper: of looking for the best m, each method on each mesh"},
+    {.name = "solve-seconds",
+     .type = LOXO_OPTION_DOUBLE,
+     .offset = offsetof(bench_settings, solve_seconds),
+     .min = 0.0,
+     .max = 1e6,
+     .help = "paper: a method of which one solve is predicted to take longer is not run; its rounds end after so many"},
     {0},
 };
 
@@ -270,7 +282,12 @@ static loxo_status run(bench *b, int argc, char **argv)
 int main(int argc, char **argv)
 {
     static bench b; /* large */
-    b.settings = (bench_settings){.repeats = 5, .vertices = 1000000, .largest = 10000000, .share = 1.0};
+    b.settings = (bench_settings){.repeats = 5,
+                                  .vertices = 1000000,
+                                  .largest = 10000000,
+                                  .share = 1.0,
+                                  .search_seconds = 30.0,
+                                  .solve_seconds = 120.0};
     if (argc < 2 || strcmp(argv[1], "--help") == 0 || strcmp(argv[1], "-h") == 0) {
         print_help(&b.settings);
         return argc < 2 ? loxo_status_exit_code(LOXO_ERR_ARGUMENT) : 0;

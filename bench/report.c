@@ -50,7 +50,7 @@ const char *bench_stat_text(bench_stat stat, double scale, char *text, size_t n)
 
 json_t *bench_stat_json(bench_stat stat)
 {
-    if (!isfinite(stat.median)) return json_null();
+    if (stat.n == 0 || !isfinite(stat.median)) return json_null();
     return json_pack("{s:f, s:f, s:f, s:i}", "median", stat.median, "min", stat.min, "max", stat.max, "n", stat.n);
 }
 

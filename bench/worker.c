@@ -167,7 +167,7 @@ static const struct {
              {"solve", 4, solve},
              {"error", 2, error_of},
              {"compare", 2, compare},
-             {"search", 3, bench_task_search},
+             {"search", 4, bench_task_search},
              {"laplace", 2, bench_task_laplace}};
 
 loxo_status bench_worker(bench *b, int argc, char **argv)
@@ -181,7 +181,7 @@ loxo_status bench_worker(bench *b, int argc, char **argv)
 
 loxo_status bench_worker_run(bench *b, int n_threads, const char *const *task, json_t **result)
 {
-    char threads[16], vertices[32], source[32], memory[32];
+    char threads[16], vertices[32], source[32], memory[32], search[32];
     const char *argv[48] = {b->self, "worker"};
     int n = 2;
     bench_child child;
@@ -192,8 +192,9 @@ loxo_status bench_worker_run(bench *b, int n_threads, const char *const *task, j
     snprintf(vertices, sizeof vertices, "%lld", (long long)b->settings.vertices);
     snprintf(source, sizeof source, "%lld", (long long)b->settings.source);
     snprintf(memory, sizeof memory, "%zu", b->settings.max_memory);
-    const char *const options[] = {"--threads", threads,  "--vertices", vertices,       "--source",
-                                   source,      "--work", b->work,      "--max-memory", memory};
+    snprintf(search, sizeof search, "%.17g", b->settings.search_seconds);
+    const char *const options[] = {"--threads", threads, "--vertices",   vertices, "--source",         source,
+                                   "--work",    b->work, "--max-memory", memory,   "--search-seconds", search};
     for (size_t i = 0; i < sizeof options / sizeof options[0]; ++i)
         argv[n++] = options[i];
     const char *const optional[][2] = {

@@ -16,7 +16,9 @@ const paper_model paper_models[] = {
     {"kitten", "surfaces/kitten10k.ply", "exact/kitten_from0.npy", LOXO_N_SHAPES},
     {"bunny", "surfaces/bunny35k.obj.gz", NULL, LOXO_N_SHAPES},
     {"armadillo", "surfaces/armadillo50k.obj.gz", NULL, LOXO_N_SHAPES},
-    {"venus", "surfaces/venus50k.off.gz", NULL, LOXO_N_SHAPES},
+    {"horse", "surfaces/horse20k.off.gz", NULL, LOXO_N_SHAPES},
+    {"bimba", "surfaces/bimba25k.ply", NULL, LOXO_N_SHAPES},
+    {"bumpy250k", "surfaces/bumpy250k.ply", "exact/bumpy250k_from0.npy", LOXO_N_SHAPES},
     {0},
 };
 

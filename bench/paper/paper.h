@@ -78,7 +78,10 @@ typedef struct paper_subject {
 
 /* LOXO_ERR_UNSUPPORTED, with a line printed, where the mesh is not here. */
 loxo_status paper_subject_open(bench *b, const char *model, double n_wanted, bool with_truth, paper_subject *s);
-/* The same with a generator's parameter. */
+/* A scan as it is, or where it is not here the generated model of n_wanted vertices; says which, and how large. */
+loxo_status paper_subject_open_either(bench *b, const char *scan, const char *generated, double n_wanted,
+                                      bool with_truth, paper_subject *s);
+/* A shape with a generator's parameter. */
 loxo_status paper_subject_generate(bench *b, loxo_shape shape, double n_wanted, double param, paper_subject *s);
 void paper_subject_close(paper_subject *s);
 /* Distances from sources by a method with settings. */
@@ -115,9 +118,10 @@ typedef struct paper_job {
     char method[128]; /* name and settings, as "edge,time-factor=2"; of a peer its name */
     const bench_peer *peer;
     int n_threads;
+    double predicted_s; /* of create and one solve; 0: not predicted yet; NaN: nothing to predict it from */
     /* results */
     char failure[BENCH_CELL]; /* "" when it ran */
-    char note[BENCH_CELL];    /* name of a status other than LOXO_OK; "" */
+    char note[BENCH_CELL];    /* name of a status other than LOXO_OK; rounds, where there were fewer; "" */
     bench_stat total_s, create_s, solve_s, peak_bytes;
     bench_stat phase_s[LOXO_GEODESIC_N_PHASES];
     bench_stat ratio; /* of a peer: its time over that of the first job in the same round */
@@ -128,21 +132,37 @@ typedef struct paper_job {
 /* A method's text with the paper's recovery, ADMM, where it names none; and its settings. */
 void paper_method_text(const char *method, char *text, size_t size);
 loxo_status paper_method_settings(bench *b, const char *method, loxo_geodesic_settings *settings);
-/* Bytes that a solve will take by the library's own estimate, mesh and result included. */
-size_t paper_predict_bytes(bench *b, const char *method, int64_t n_vertices, int64_t n_faces);
-/* What a process may take: --max-memory, or what the context grants. */
-size_t paper_memory_limit(const bench *b);
-/* Runs every job once a round, in turns, each in a process of its own, --repeats rounds. The distances of the first round are
- * compared with the truth. What does not fit by its own estimate is not run: failure says so. */
+/* Runs every job once a round, in turns, each in a process of its own, --repeats rounds; a method that has taken
+ * --solve-seconds by then rests. The distances of the first round are compared with the truth. What does not fit by its own
+ * estimate is not run, nor what is predicted to take longer than --solve-seconds: failure says so. */
 loxo_status paper_rounds(bench *b, const paper_mesh *mesh, int n_jobs, paper_job *jobs);
 /* Adds the peers of --compare-with that can run with so many threads. Returns the new number of jobs. */
 int paper_add_peers(const bench *b, int n_threads, int n_jobs, paper_job jobs[PAPER_MAX_JOBS]);
 
+/* ---- before a solve is run (predict.c) ---- */
+
+/* Bytes that a solve will take by the library's own estimate, mesh and result included. */
+size_t paper_predict_bytes(bench *b, const char *method, int64_t n_vertices, int64_t n_faces);
+/* What a process may take: --max-memory, or what the context grants. */
+size_t paper_memory_limit(const bench *b);
+/* The same surface with about 250,000 vertices, with truth where mesh has it; mesh itself when that is no larger. */
+loxo_status paper_mesh_coarsen(bench *b, const paper_mesh *mesh, paper_mesh *coarse);
+/* How many times longer a solve takes on the one mesh than on the other. */
+double paper_growth(bench *b, const char *method, const paper_mesh *from, const paper_mesh *to);
+/* Of create and one solve, from a solve on the coarse mesh; NaN when mesh itself is that. */
+double paper_predict_seconds(bench *b, const paper_mesh *mesh, const char *method, int n_threads);
+
 /* ---- the smoothing factor m of (28) (search.c) ---- */
+
+typedef struct paper_search {
+    double m;             /* of the least error; NaN where the truth is not known or no solve succeeded */
+    double error_at_one;  /* at m = 1; NaN where that was not tried */
+    double predicted_s;   /* as of a job */
+    char how[BENCH_CELL]; /* solves that it took, and on which mesh */
+} paper_search;
 
 /* Whether the method diffuses heat over t = m h^2. */
 bool paper_is_heat(const char *method);
-/* The m of the least error, and the error at m = 1; NaN where the truth is not known or no solve succeeded. */
-double paper_best_m(bench *b, const paper_mesh *mesh, const char *method, int n_threads, double *error_at_one);
+void paper_search_m(bench *b, const paper_mesh *mesh, const char *method, int n_threads, paper_search *found);
 
 #endif

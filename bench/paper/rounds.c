@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT
  * Solves of one mesh by several methods and peers in turns, so that what else the machine does hits all of them alike. */
+#include "base/os.h"
 #include "paper.h"
 
 #include <math.h>
@@ -9,6 +10,8 @@
 
 /* Samples of one job, round by round. */
 typedef struct samples {
+    int n, n_ratios;
+    double used_s; /* with reading and all */
     double total[BENCH_MAX_REPEATS], create[BENCH_MAX_REPEATS], solve[BENCH_MAX_REPEATS], peak[BENCH_MAX_REPEATS];
     double ratio[BENCH_MAX_REPEATS], phase[LOXO_GEODESIC_N_PHASES][BENCH_MAX_REPEATS];
 } samples;
@@ -23,23 +26,6 @@ loxo_status paper_method_settings(bench *b, const char *method, loxo_geodesic_se
     char text[BENCH_PATH];
     paper_method_text(method, text, sizeof text);
     return bench_method_settings(b, text, settings);
-}
-
-size_t paper_predict_bytes(bench *b, const char *method, int64_t n_vertices, int64_t n_faces)
-{
-    loxo_geodesic_settings settings;
-    size_t mesh_bytes = 0, build_bytes = 0, work_bytes = 0;
-    if (paper_method_settings(b, method, &settings) < 0 ||
-        loxo_mesh_estimate(n_vertices, n_faces, false, NULL, &mesh_bytes, &build_bytes) < 0 ||
-        loxo_geodesic_estimate(b->ctx, n_vertices, n_faces, &settings, &work_bytes, NULL) < 0)
-        return 0;
-    const size_t solve_bytes = mesh_bytes + work_bytes + sizeof(double) * (size_t)n_vertices;
-    return solve_bytes > build_bytes ? solve_bytes : build_bytes;
-}
-
-size_t paper_memory_limit(const bench *b)
-{
-    return b->settings.max_memory > 0 ? b->settings.max_memory : loxo_context_memory(b->ctx).limit_bytes;
 }
 
 int paper_add_peers(const bench *b, int n_threads, int n_jobs, paper_job jobs[PAPER_MAX_JOBS])
@@ -109,7 +95,7 @@ static loxo_status peer_round(bench *b, const paper_mesh *mesh, paper_job *job, 
         return LOXO_OK;
     }
     s->total[k] = s->solve[k] = result.seconds;
-    s->create[k] = 0.0;
+    s->create[k] = (double)NAN;
     s->peak[k] = result.peak_bytes > 0 ? (double)result.peak_bytes : (double)NAN;
     if (k != 0 || mesh->truth[0] == '\0') return LOXO_OK;
     loxo_status status = bench_read_distances(b, out, mesh->n_vertices, &distance);
@@ -121,43 +107,67 @@ static loxo_status peer_round(bench *b, const paper_mesh *mesh, paper_job *job, 
     return status;
 }
 
+/* Whether it is to be run; failure says why not. */
 static bool fits(bench *b, const paper_mesh *mesh, paper_job *job)
 {
-    const size_t bytes = job->peer == NULL ? paper_predict_bytes(b, job->method, mesh->n_vertices, mesh->n_faces) : 0;
-    if (bytes <= paper_memory_limit(b)) return true;
-    snprintf(job->failure, sizeof job->failure, "out of memory, %zu bytes predicted", bytes);
+    if (job->peer != NULL) return true;
+    const size_t bytes = paper_predict_bytes(b, job->method, mesh->n_vertices, mesh->n_faces);
+    if (bytes > paper_memory_limit(b)) {
+        snprintf(job->failure, sizeof job->failure, "out of memory, %zu bytes predicted", bytes);
+        return false;
+    }
+    if (job->predicted_s == 0.0) job->predicted_s = paper_predict_seconds(b, mesh, job->method, job->n_threads);
+    if (!(job->predicted_s > b->settings.solve_seconds)) return true;
+    snprintf(job->failure, sizeof job->failure, "not run: one solve is predicted %.0f s", job->predicted_s);
     return false;
+}
+
+static loxo_status run_job(bench *b, const paper_mesh *mesh, paper_job *job, samples *s, const char *first_method)
+{
+    const double start_s = loxo_os_clock_s();
+    const loxo_status status =
+        job->peer == NULL ? our_round(b, mesh, job, s, s->n) : peer_round(b, mesh, job, s, first_method, s->n);
+    s->used_s += loxo_os_clock_s() - start_s;
+    if (status >= 0 && job->failure[0] == '\0') s->n += 1;
+    return status;
+}
+
+static void conclude(const bench *b, paper_job *job, const samples *s)
+{
+    const size_t used = strlen(job->note);
+    job->total_s = bench_stat_of(s->n, s->total);
+    job->create_s = bench_stat_of(s->n, s->create);
+    job->solve_s = bench_stat_of(s->n, s->solve);
+    job->peak_bytes = bench_stat_of(s->n, s->peak);
+    if (s->n_ratios > 0) job->ratio = bench_stat_of(s->n_ratios, s->ratio);
+    for (int p = 0; p < LOXO_GEODESIC_N_PHASES && job->peer == NULL; ++p)
+        job->phase_s[p] = bench_stat_of(s->n, s->phase[p]);
+    if (s->n < b->settings.repeats)
+        snprintf(job->note + used, sizeof job->note - used, "%s%d round%s", used > 0 ? ", " : "", s->n,
+                 s->n == 1 ? "" : "s");
 }
 
 loxo_status paper_rounds(bench *b, const paper_mesh *mesh, int n_jobs, paper_job *jobs)
 {
     static samples all[PAPER_MAX_JOBS]; /* large */
-    const int n_rounds = b->settings.repeats;
-    loxo_status status = LOXO_OK;
     for (int j = 0; j < n_jobs; ++j) {
-        jobs[j].failure[0] = '\0';
+        jobs[j].failure[0] = jobs[j].note[0] = '\0';
         jobs[j].error = jobs[j].updates = (double)NAN;
+        jobs[j].ratio = (bench_stat){(double)NAN, (double)NAN, (double)NAN, 0};
+        all[j].n = all[j].n_ratios = 0;
+        all[j].used_s = 0.0;
         (void)fits(b, mesh, &jobs[j]);
     }
-    for (int k = 0; k < n_rounds; ++k)
+    for (int k = 0; k < b->settings.repeats; ++k)
         for (int j = 0; j < n_jobs; ++j) {
-            if (jobs[j].failure[0] != '\0') continue;
-            if (jobs[j].peer == NULL)
-                status = our_round(b, mesh, &jobs[j], &all[j], k);
-            else
-                status = peer_round(b, mesh, &jobs[j], &all[j], jobs[0].method, k);
+            samples *s = &all[j];
+            if (jobs[j].failure[0] != '\0' || (k > 0 && s->used_s > b->settings.solve_seconds)) continue;
+            const loxo_status status = run_job(b, mesh, &jobs[j], s, jobs[0].method);
             if (status < 0) return status;
-            all[j].ratio[k] = jobs[0].failure[0] == '\0' ? all[j].total[k] / all[0].total[k] : (double)NAN;
+            if (jobs[j].failure[0] == '\0' && all[0].n == k + 1) /* the first ran in this round, too */
+                s->ratio[s->n_ratios++] = s->total[k] / all[0].total[k];
         }
-    for (int j = 0; j < n_jobs; ++j) {
-        if (jobs[j].failure[0] != '\0') continue;
-        jobs[j].total_s = bench_stat_of(n_rounds, all[j].total);
-        jobs[j].create_s = bench_stat_of(n_rounds, all[j].create);
-        jobs[j].solve_s = bench_stat_of(n_rounds, all[j].solve);
-        jobs[j].peak_bytes = bench_stat_of(n_rounds, all[j].peak);
-        jobs[j].ratio = bench_stat_of(n_rounds, all[j].ratio);
-        for (int p = 0; p < LOXO_GEODESIC_N_PHASES && jobs[j].peer == NULL; ++p)
-            jobs[j].phase_s[p] = bench_stat_of(n_rounds, all[j].phase[p]);
-    }
+    for (int j = 0; j < n_jobs; ++j)
+        if (jobs[j].failure[0] == '\0') conclude(b, &jobs[j], &all[j]);
     return LOXO_OK;
 }

@@ -29,6 +29,16 @@ loxo_status paper_subject_open(bench *b, const char *model, double n_wanted, boo
     return status;
 }
 
+loxo_status paper_subject_open_either(bench *b, const char *scan, const char *generated, double n_wanted,
+                                      bool with_truth, paper_subject *s)
+{
+    loxo_status status = paper_subject_open(b, scan, 0.0, with_truth, s);
+    if (status == LOXO_ERR_UNSUPPORTED)
+        status = paper_subject_open(b, generated, n_wanted * b->settings.share, with_truth, s);
+    if (status >= 0) bench_say(b, "%s, %lld vertices\n\n", s->mesh.model->name, (long long)s->soup.n_vertices);
+    return status;
+}
+
 loxo_status paper_subject_generate(bench *b, loxo_shape shape, double n_wanted, double param, paper_subject *s)
 {
     loxo_generate_settings settings = loxo_generate_settings_default();

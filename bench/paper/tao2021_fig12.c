@@ -54,9 +54,9 @@ static loxo_status plot(bench *b, const columns *c, int diffusion)
                                        .x = c->at,
                                        .y = c->top[k],
                                        .low = c->foot[k]};
-    snprintf(title, sizeof title, "Figure 12: steps of the face-based method, %s; mesh and threads",
-             diffusion_names[diffusion]);
+    snprintf(title, sizeof title, "Figure 12: steps of the face-based method, %s", diffusion_names[diffusion]);
     p.title = title;
+    p.x_title = "mesh, threads";
     p.y_title = "time, s";
     p.n_x_names = c->n;
     p.x_names = names;

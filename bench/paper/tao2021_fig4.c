@@ -75,17 +75,17 @@ static loxo_status plot(bench *b, const char *mesh, const curve *c)
     return paper_plot(b, mesh, &p);
 }
 
-static loxo_status run(bench *b, const char *model, double n_wanted)
+loxo_status paper_tao2021_fig4(bench *b)
 {
     static bench_table table; /* large */
     static curve c[2];
     paper_subject s;
-    loxo_status status = paper_subject_open(b, model, n_wanted, false, &s);
+    loxo_status status = paper_subject_open_either(b, "armadillo", "bumpy", 63208.0, false, &s);
     if (status < 0) return status;
+    const char *model = s.mesh.model->name;
     for (int m = 0; m < 2 && status >= 0; ++m)
         status = measure(&s, methods[m], &c[m]);
     if (status >= 0) status = plot(b, model, c);
-    bench_say(b, "%s, %lld vertices\n\n", model, (long long)s.soup.n_vertices);
     paper_subject_close(&s);
     if (status < 0) return status;
     bench_table_begin(&table, "iterations|edge: primal|dual|face: primal|dual");
@@ -101,14 +101,6 @@ static loxo_status run(bench *b, const char *model, double n_wanted)
         bench_table_row(&table, "%d|%s|%s|%s|%s", iterations[i], text[0], text[1], text[2], text[3]);
     }
     bench_table_print(b, &table);
-    return LOXO_OK;
-}
-
-loxo_status paper_tao2021_fig4(bench *b)
-{
-    loxo_status status = run(b, "armadillo", 50000.0);
-    if (status == LOXO_ERR_UNSUPPORTED) status = run(b, "bumpy", 63208.0 * b->settings.share);
-    if (status < 0) return status;
     bench_say(
         b,
         "Paper: a curve of the face-based method, without numbers, «in the initial iterations quickly decreasing», on\n"

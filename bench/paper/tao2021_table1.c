@@ -38,17 +38,17 @@ static const struct {
         {129.07, 48.61, 26377, 0.59, NONE, 13.4}, {0, 50.24, 7417, 0.50, 1000, 1.0}, {0, 33.37, 3777, 0.84, 700, 1.0}}},
     {"WelshDragon", 9884764, "kitten", {{0, 568.54, 12394, 0, NONE, NONE}, {153.34, 7.24, 30677, 1.21, NONE, 11.1},
         {171.24, 63.67, 33720, 0.91, NONE, 11.8}, {0, 65.20, 9420, 0.50, 1200, 1.0}, {0, 37.32, 4819, 1.00, 700, 1.0}}},
-    {"Lucy", 16092674, "bumpy", {{0, 1320.15, 18670, 0, NONE, NONE}, {281.97, 12.69, 51144, 0.46, NONE, 13.0},
+    {"Lucy", 16092674, "bumpy250k", {{0, 1320.15, 18670, 0, NONE, NONE}, {281.97, 12.69, 51144, 0.46, NONE, 13.0},
         {310.01, 113.99, 56186, 0.29, NONE, 13.9}, {0, 148.65, 15370, 0.50, 1500, 1.0}, {0, 80.15, 7872, 0.86, 800, 1.0}}},
-    {"HappyGargoyle", 19860482, "brain", {{0, 5060.72, 23464, 0, NONE, NONE}, {388.87, 16.46, 65545, 0.29, NONE, 15.7},
+    {"HappyGargoyle", 19860482, "horse", {{0, 5060.72, 23464, 0, NONE, NONE}, {388.87, 16.46, 65545, 0.29, NONE, 15.7},
         {424.81, 149.45, 71644, 0.21, NONE, 16.6}, {0, 171.73, 18957, 0.55, 2000, 1.0}, {0, 87.86, 9704, 1.05, 1000, 1.0}}},
-    {"Cyvasse", 39920642, "igea", {{0, 12363.21, 46976, 0, NONE, NONE}, {NONE, NONE, NONE, NONE, NONE, NONE},
+    {"Cyvasse", 39920642, "kitten", {{0, 12363.21, 46976, 0, NONE, NONE}, {NONE, NONE, NONE, NONE, NONE, NONE},
         {NONE, NONE, NONE, NONE, NONE, NONE}, {0, 355.42, 38027, 0.86, 2000, 1.0}, {0, 311.33, 19476, 0.93, 1900, 1.0}}},
     {"TwoHeadedBunny", 40103938, "bunny", {{0, 16681.46, 47258, 0, NONE, NONE}, {NONE, NONE, NONE, NONE, NONE, NONE},
         {NONE, NONE, NONE, NONE, NONE, NONE}, {0, 343.07, 38202, 0.83, 2000, 1.0}, {0, 298.25, 19566, 0.94, 1800, 1.0}}},
-    {"MalteseFalcon", 79899650, "bumpy", {{0, 28309.32, 93127, 0, NONE, NONE}, {NONE, NONE, NONE, NONE, NONE, NONE},
+    {"MalteseFalcon", 79899650, "horse", {{0, 28309.32, 93127, 0, NONE, NONE}, {NONE, NONE, NONE, NONE, NONE, NONE},
         {NONE, NONE, NONE, NONE, NONE, NONE}, {0, 834.52, 76106, 0.82, 2000, 1.0}, {0, 1283.56, 38933, 0.94, 4000, 10.0}}},
-    {"ThunderCrab", 98527234, "bumpy", {{0, 22298.76, 114610, 0, NONE, NONE}, {NONE, NONE, NONE, NONE, NONE, NONE},
+    {"ThunderCrab", 98527234, "bimba", {{0, 22298.76, 114610, 0, NONE, NONE}, {NONE, NONE, NONE, NONE, NONE, NONE},
         {NONE, NONE, NONE, NONE, NONE, NONE}, {0, 1174.45, 93850, 1.24, 2000, 1.0}, {0, 1657.98, 48009, 1.41, 4000, 10.0}}},
 };
 /* clang-format on */
@@ -81,14 +81,17 @@ static void show_printed(bench_table *table, size_t row)
     }
 }
 
-static void show_ours(bench *b, bench_table *table, const paper_mesh *mesh, const paper_job *job, size_t row, double m,
-                      double error_at_one)
+static void show_ours(bench *b, bench_table *table, const paper_mesh *mesh, const paper_job *job, size_t row,
+                      const paper_search *search)
 {
-    char text[4][64], error[2][32], number[2][32], name[64];
+    char text[4][64], error[2][32], number[2][32], name[64], notes[3 * BENCH_CELL];
+    const bool ran = job->failure[0] == '\0';
     snprintf(name, sizeof name, mesh->n_subdivisions > 0 ? "%s, subdivided %d times" : "%s", mesh->model->name,
              mesh->n_subdivisions);
-    if (job->failure[0] != '\0') {
-        bench_table_row(table, "%s|%lld|%s|%s", name, (long long)mesh->n_vertices, job->method, job->failure);
+    snprintf(notes, sizeof notes, "%s%s%s", ran ? job->note : job->failure,
+             job->note[0] != '\0' && ran && search->how[0] != '\0' ? "; " : "", ran ? search->how : "");
+    if (!ran) {
+        bench_table_row(table, "%s|%lld|%s|-|-|-|-|-|-|-|-|%s", name, (long long)mesh->n_vertices, job->method, notes);
     } else {
         const double mb = 1e-6 * job->peak_bytes.median;
         bench_table_row(
@@ -97,19 +100,18 @@ static void show_ours(bench *b, bench_table *table, const paper_mesh *mesh, cons
             bench_stat_text(job->solve_s, 1.0, text[1], sizeof text[1]), paper_number(mb, text[2], sizeof text[2]),
             paper_number(1e6 * mb / (double)mesh->n_vertices, text[3], sizeof text[3]),
             paper_percent(job->error, error[0], sizeof error[0]),
-            paper_percent(error_at_one, error[1], sizeof error[1]), paper_number(m, number[0], 32),
-            job->updates > 0.0 && paper_is_heat(job->method) ? paper_number(job->updates, number[1], 32) : "-",
-            job->note);
+            paper_percent(search->error_at_one, error[1], sizeof error[1]), paper_number(search->m, number[0], 32),
+            job->updates > 0.0 && paper_is_heat(job->method) ? paper_number(job->updates, number[1], 32) : "-", notes);
     }
     bench_record(b, "table1",
-                 json_pack("{s:s, s:s, s:I, s:s, s:s, s:s, s:o, s:o, s:o, s:o, s:o, s:o, s:o}", "paper_model",
+                 json_pack("{s:s, s:s, s:I, s:s, s:s, s:s, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o}", "paper_model",
                            rows[row].model, "mesh", name, "n_vertices", (json_int_t)mesh->n_vertices, "method",
-                           job->method, "failure", job->failure, "note", job->note, "create_s",
+                           job->method, "failure", job->failure, "note", notes, "create_s",
                            bench_stat_json(job->create_s), "solve_s", bench_stat_json(job->solve_s), "peak_bytes",
                            bench_stat_json(job->peak_bytes), "mean_relative", paper_json(job->error),
-                           "mean_relative_m1", paper_json(error_at_one), "m", paper_json(m), "updates",
-                           paper_json(job->updates)));
-    if (job->peer != NULL && job->failure[0] == '\0') {
+                           "mean_relative_m1", paper_json(search->error_at_one), "m", paper_json(search->m), "updates",
+                           paper_json(job->updates), "predicted_s", paper_json(job->predicted_s)));
+    if (job->peer != NULL && ran) {
         char ratio[64];
         bench_say(b, "%s: %s takes %s times the time of the first method here, round by round\n", name, job->method,
                   bench_stat_text(job->ratio, 1.0, ratio, sizeof ratio));
@@ -163,7 +165,7 @@ static loxo_status plot(bench *b, const curves *c, bool is_bytes)
 static loxo_status measure(bench *b, size_t row, bench_table *table, curves *c)
 {
     static paper_job jobs[PAPER_MAX_JOBS]; /* large */
-    double m[PAPER_MAX_JOBS], at_one[PAPER_MAX_JOBS];
+    static paper_search search[PAPER_MAX_JOBS];
     const int n_threads = b->threads[b->n_threads - 1];
     const char *methods[PAPER_MAX_METHODS];
     const int n_methods = paper_columns(b, methods);
@@ -172,27 +174,28 @@ static loxo_status measure(bench *b, size_t row, bench_table *table, curves *c)
     loxo_status status =
         paper_mesh_make(b, paper_model_find(rows[row].own), b->settings.share * rows[row].n_vertices, true, &mesh);
     if (status == LOXO_ERR_UNSUPPORTED) {
-        bench_table_row(table, "%s|%.0f|not here (--shared)", rows[row].own, rows[row].n_vertices);
+        bench_table_row(table, "%s|%.0f|-|-|-|-|-|-|-|-|-|not here (--shared)", rows[row].own, rows[row].n_vertices);
         return LOXO_OK;
     }
     if (status < 0) return status;
     memset(jobs, 0, sizeof jobs);
+    for (int i = 0; i < PAPER_MAX_JOBS; ++i)
+        search[i] = (paper_search){.m = (double)NAN, .error_at_one = (double)NAN};
     for (int i = 0; i < n_methods; ++i, ++n) {
         jobs[n].n_threads = n_threads;
         snprintf(jobs[n].method, sizeof jobs[n].method, "%s", methods[i]);
-        m[n] = at_one[n] = (double)NAN;
         if (!paper_is_heat(methods[i])) continue;
-        m[n] = paper_best_m(b, &mesh, methods[i], n_threads, &at_one[n]);
-        if (!isnan(m[n])) snprintf(jobs[n].method, sizeof jobs[n].method, "%s,time-factor=%.3g", methods[i], m[n]);
+        paper_search_m(b, &mesh, methods[i], n_threads, &search[n]);
+        jobs[n].predicted_s = search[n].predicted_s;
+        if (!isnan(search[n].m))
+            snprintf(jobs[n].method, sizeof jobs[n].method, "%s,time-factor=%.3g", methods[i], search[n].m);
     }
     const int n_own = n;
     n = paper_add_peers(b, n_threads, n, jobs);
-    for (int i = n_own; i < n; ++i)
-        m[i] = at_one[i] = (double)NAN;
     if ((status = paper_rounds(b, &mesh, n, jobs)) < 0) return status;
     for (int i = 0; i < n; ++i) {
         if (i < n_own) snprintf(jobs[i].method, sizeof jobs[i].method, "%s", methods[i]);
-        show_ours(b, table, &mesh, &jobs[i], row, m[i], at_one[i]);
+        show_ours(b, table, &mesh, &jobs[i], row, &search[i]);
         if (i >= n_own) continue;
         const bool ran = jobs[i].failure[0] == '\0';
         c->n[i][row] = (double)mesh.n_vertices;
@@ -207,12 +210,12 @@ loxo_status paper_tao2021_table1(bench *b)
     static bench_table table; /* large */
     static curves c;
     bench_table_begin(&table, "model|vertices|method|create, s|solve, s|RAM, MB|B/vertex|error, eq. 29|at m = 1|m|"
-                              "sweeps or updates|");
+                              "sweeps or updates|notes");
     for (size_t r = 0; r < N_ROWS; ++r) {
         for (int i = 0; i < PAPER_MAX_METHODS; ++i)
             c.n[i][r] = c.time[i][r] = c.bytes[i][r] = (double)NAN;
         if (b->settings.share * rows[r].n_vertices > (double)b->settings.largest) {
-            bench_table_row(&table, "%s|%.0f|not run: over --largest", rows[r].own,
+            bench_table_row(&table, "%s|%.0f|-|-|-|-|-|-|-|-|-|not run: over --largest", rows[r].own,
                             b->settings.share * rows[r].n_vertices);
         } else {
             const loxo_status status = measure(b, r, &table, &c);
@@ -225,13 +228,17 @@ loxo_status paper_tao2021_table1(bench *b)
     bench_say(
         b,
         "Paper: 8 threads of an 8-core processor at 3.6 GHz, 128 GB; ours: %d threads of the machine above.\n"
-        "create: preparation that all sources share (the paper's pre-computation; 0 where it gives one time).\n"
+        "create: preparation that all sources share (the paper's pre-computation; - where it gives one time).\n"
         "solve: one source. RAM: peak of the process, reading included. sweeps or updates: the paper's sweeps over\n"
         "all vertices; ours counts updates a vertex of the marching window.\n"
+        "m: searched on a mesh of the same surface of about 250 thousand vertices, then around that m on the mesh "
+        "itself\n"
+        "(notes: how many solves of each), for %g s each at most (--search-seconds). A method whose one solve is\n"
+        "predicted to take over %g s (--solve-seconds) is not run; rounds of a method end after that time.\n"
         "What differs: the paper's models are not at hand; ours are generated or scans that are subdivided to a like\n"
         "size, from whose own vertices the error is taken (true distances do not change). The paper searches m for\n"
         "the heat method and its variational sister only; here every method that diffuses heat is searched alike.\n",
-        b->threads[b->n_threads - 1]);
+        b->threads[b->n_threads - 1], b->settings.search_seconds, b->settings.solve_seconds);
     const loxo_status status = plot(b, &c, false);
     return status < 0 ? status : plot(b, &c, true);
 }
