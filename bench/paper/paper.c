@@ -168,7 +168,8 @@ int paper_columns(const bench *b, const char *columns[PAPER_MAX_METHODS])
 {
     static const struct {
         const char *method, *column[2];
-    } twice[] = {{"heat", {"heat,factor=cholesky", "heat,factor=multigrid"}},
+    } twice[] = {{"edge", {"edge,recovery=admm", "edge,recovery=unfold"}},
+                 {"heat", {"heat,factor=cholesky", "heat,factor=multigrid"}},
                  {"variational", {"variational,factor=cholesky", "variational,factor=multigrid"}}};
     int n = 0;
     for (int i = 0; i < b->n_methods; ++i) {

@@ -30,8 +30,8 @@ json_t *paper_json(double value); /* null for NaN */
 
 /* Whether this build's library has the method. */
 bool paper_has_method(const char *name);
-/* The methods of --method as columns of a table, with their settings: heat and variational once as in the paper, with factors,
- * and once with multigrid. Returns how many. */
+/* The methods of --method as columns of a table, with their settings: edge once as in the paper, by ADMM, and once by
+ * unfolding; heat and variational once as in the paper, with factors, and once with multigrid. Returns how many. */
 #define PAPER_MAX_METHODS (2 * BENCH_MAX_METHODS)
 int paper_columns(const bench *b, const char *columns[PAPER_MAX_METHODS]);
 

@@ -26,8 +26,8 @@ static const family families[] = {
     {"igea", {"edges split at 0.5", "edges split at 0.2", "edges split at 0.05"}, true, true, {0.5, 0.2, 0.05}},
 };
 #define N_FAMILIES ((int)(sizeof families / sizeof families[0]))
-static const char *const methods[] = {"edge", "face", "fast"};
-#define N_METHODS 3
+static const char *const methods[] = {"edge,recovery=admm", "edge,recovery=unfold", "face", "fast"};
+#define N_METHODS 4
 
 /* Error against quality: a line with its three points for each method, given and intrinsic. */
 typedef struct curves {
@@ -119,7 +119,7 @@ static loxo_status measure_one(bench *b, const paper_subject *s, const family *k
 
 static loxo_status plot(bench *b, const family *kind, const curves *c)
 {
-    char names[2 * N_METHODS][32];
+    char names[2 * N_METHODS][48];
     loxo_plot_series series[2 * N_METHODS];
     char suffix[64];
     loxo_plot p = loxo_plot_default();

@@ -18,7 +18,7 @@ enum { VTP, HM, VHM, FACE, EDGE, N_COLUMNS };
 
 /* The paper's columns under our methods' names. */
 static const char *const column_method[N_COLUMNS] = {"exact", "heat,factor=cholesky", "variational,factor=cholesky",
-                                                     "face", "edge"};
+                                                     "face", "edge,recovery=admm"};
 static const char *const column_name[N_COLUMNS] = {"VTP", "HM", "Variational-HM", "Ours (Face)", "Ours (Edge)"};
 
 /* clang-format off */

@@ -61,7 +61,7 @@ typedef struct loxo_plot_series {
     const char *name; /* in the legend; ASCII; NULL or "": not in it */
     loxo_plot_style style;
     bool is_dashed;
-    int color; /* 0: by its place among the series; k >= 1: colour and mark k, of eight */
+    int color; /* 0: by its place among the series; k >= 1: colour and mark k; from 9 on, colours come again with other marks */
     int64_t n;
     const double *x, *y;      /* [n]; where one is not finite the line is broken */
     const double *low, *high; /* [n] ends of the range around y; may be NULL */

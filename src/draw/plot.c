@@ -130,9 +130,11 @@ static void set_color(loxo_draw_pen *pen, const loxo_plot_series *s, int number)
     loxo_draw_series_color(s->color > 0 ? s->color - 1 : number, pen->rgb);
 }
 
+/* Where colours come again they have the next marks. */
 static loxo_draw_mark mark_of(const loxo_plot_series *s, int number)
 {
-    return (loxo_draw_mark)((s->color > 0 ? s->color - 1 : number) % LOXO_DRAW_N_MARKS);
+    const int k = s->color > 0 ? s->color - 1 : number;
+    return (loxo_draw_mark)((k % LOXO_DRAW_N_MARKS + k / LOXO_DRAW_N_SERIES_COLORS) % LOXO_DRAW_N_MARKS);
 }
 
 static double dash_of(const frame *f, const loxo_plot_series *s, int number)
