@@ -94,8 +94,9 @@ loxo_status bench_laplace(bench *b)
     if (status < 0) return status;
     bench_table_print(b, &table);
     bench_say(b, "Seconds of one thread are processor time. Right side: noise. residual: |b - A x| / |b| computed "
-                 "anew. bytes: resident after the solve, less before\n"
-                 "the set-up, beside the matrix. Direct solves have no steps; they and hypre get one vertex pinned. "
+                 "anew. bytes: ours the most that was allocated\n"
+                 "on top of the matrix, others' resident after the solve, less before the set-up. Direct solves have "
+                 "no steps; they and hypre get one vertex pinned. "
                  "hypre's bytes count its\n"
                  "own copy of the matrix, too, some 90.\n");
     return LOXO_OK;

@@ -11,7 +11,7 @@ typedef struct laplace_result {
     double setup_s, solve_s;
     int64_t n_steps; /* 0: direct */
     double levels, complexity;
-    size_t held_bytes; /* resident after the solve, less before the set-up */
+    size_t held_bytes; /* resident after the solve, less before the set-up; of ours the most that was allocated */
 } laplace_result;
 
 /* Seconds: of one thread its processor time, which others on the machine disturb less. */

@@ -39,7 +39,8 @@ static loxo_status by_cg(bench *b, const loxo_csr *a, bool is_multigrid, const d
     loxo_diagonal diagonal = {b->ctx, a};
     loxo_preconditioner m = {loxo_diagonal_apply, &diagonal};
     loxo_cg_settings settings = loxo_cg_settings_default();
-    const size_t before = laplace_resident_bytes();
+    const size_t before = loxo_context_memory(b->ctx).current_bytes;
+    loxo_context_reset_peak(b->ctx);
     double clock = laplace_clock_s(b->ctx);
     loxo_status status = is_multigrid ? loxo_multigrid_create(b->ctx, a, &grid, &mg) : LOXO_OK;
     if (status >= 0) status = loxo_cg_create(b->ctx, a, &cg);
@@ -50,7 +51,7 @@ static loxo_status by_cg(bench *b, const loxo_csr *a, bool is_multigrid, const d
     clock = laplace_clock_s(b->ctx);
     if (status >= 0) status = loxo_cg_solve(cg, &m, &settings, right, x, &info);
     result->solve_s = laplace_clock_s(b->ctx) - clock;
-    result->held_bytes = laplace_resident_bytes() - before;
+    result->held_bytes = loxo_context_memory(b->ctx).peak_bytes - before;
     result->n_steps = info.n_iterations;
     result->levels = grid.n_levels;
     result->complexity = grid.operator_complexity;

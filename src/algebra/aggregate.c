@@ -6,7 +6,7 @@
 #include <string.h>
 
 /* A variable that stands so firmly by itself needs no coarse level: of (A x)_i at most this share comes from others. */
-#define FIRM 5.0f
+#define FIRM 5.0
 /* Aggregates are grown inside zones of so many rows, which threads take one by one ... */
 #define ZONE_ROWS 32768
 /* ... unless more than this share of entries leaves its zone: the order of the rows then says nothing of who is near
@@ -40,7 +40,7 @@ static void look_at_rows(loxo_context *ctx, const mg_level *l, loxo_index *aggre
                 sum += w < 0.0f ? -w : w;
             }
             strongest[i] = most;
-            aggregate[i] = most > 0.0f && l->excess[i] < FIRM * sum ? FREE : MG_NONE;
+            aggregate[i] = most > 0.0f && mg_excess(l, i) < FIRM * (double)sum ? FREE : MG_NONE;
         }
     }
 }

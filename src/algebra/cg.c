@@ -15,7 +15,7 @@ struct loxo_cg {
     loxo_context *ctx;
     const loxo_csr *a;
     loxo_arena arena;
-    double *r, *p, *q, *z;
+    double *r, *p, *q; /* q: of A p, and of M r before the next p is made of it */
     double (*part)[2]; /* [n_blocks] sums of blocks */
     loxo_index *label; /* set of a variable; NULL where there is one set only */
     double *set_mean;  /* [n_sets] */
@@ -46,14 +46,13 @@ static void lay_out(loxo_cg *cg)
     cg->r = loxo_arena_take(arena, n, sizeof *cg->r);
     cg->p = loxo_arena_take(arena, n, sizeof *cg->p);
     cg->q = loxo_arena_take(arena, n, sizeof *cg->q);
-    cg->z = loxo_arena_take(arena, n, sizeof *cg->z);
     cg->part = loxo_arena_take(arena, n / BLOCK + 1, sizeof *cg->part);
 }
 
 size_t loxo_cg_bytes(int64_t n_rows)
 {
     const size_t n = (size_t)n_rows;
-    return n * (4 * sizeof(double) + sizeof(loxo_index)) + (n / BLOCK + 2) * 2 * sizeof(double);
+    return n * 3 * sizeof(double) + (n / BLOCK + 2) * 2 * sizeof(double);
 }
 
 int64_t loxo_cg_n_singular(const loxo_cg *cg) { return cg->n_singular; }
@@ -180,28 +179,26 @@ static void pass_step(const pass *s, int64_t begin, int64_t end, double *part)
     }
 }
 
-/* sums: z . r, z . q */
+/* sum: q . r, q = M r */
 static void pass_products(const pass *s, int64_t begin, int64_t end, double *part)
 {
-    const double *z = s->cg->z, *q = s->cg->q, *r = s->cg->r;
-    for (int64_t i = begin; i < end; ++i) {
-        part[0] += z[i] * r[i];
-        part[1] += z[i] * q[i];
-    }
+    const double *q = s->cg->q, *r = s->cg->r;
+    for (int64_t i = begin; i < end; ++i)
+        part[0] += q[i] * r[i];
 }
 
-/* p = z + alpha p; without a p yet, alpha is 0 */
+/* p = q + alpha p, q = M r; without a p yet, alpha is 0 */
 static void pass_direction(const pass *s, int64_t begin, int64_t end, double *part)
 {
-    const double *z = s->cg->z;
+    const double *q = s->cg->q;
     double *p = s->cg->p;
     (void)part;
     if (s->alpha == 0.0) {
-        memcpy(p + begin, z + begin, (size_t)(end - begin) * sizeof *p);
+        memcpy(p + begin, q + begin, (size_t)(end - begin) * sizeof *p);
         return;
     }
     for (int64_t i = begin; i < end; ++i)
-        p[i] = z[i] + s->alpha * p[i];
+        p[i] = q[i] + s->alpha * p[i];
 }
 
 /* sums: x . x over the variables */
@@ -260,11 +257,10 @@ static loxo_cg_stop iterate(const pass *state, const loxo_preconditioner *m, con
     for (bool is_first = true; residual > goal; is_first = false) {
         if (info->n_iterations == settings->max_iterations) return LOXO_CG_MAX_ITERATIONS;
         if (is_stopped(cg, settings, info)) return LOXO_CG_MONITOR;
-        m->apply(m->state, cg->r, cg->z);
+        m->apply(m->state, cg->r, cg->q);
         run(&s, pass_products, sums);
         if (!(sums[0] > 0.0)) return LOXO_CG_INDEFINITE;
-        /* z' . (r' - r) / z . r with r' - r = -alpha q */
-        s.alpha = is_first ? 0.0 : -s.alpha * sums[1] / rho;
+        s.alpha = is_first ? 0.0 : sums[0] / rho;
         rho = sums[0];
         run(&s, pass_direction, sums);
         run(&s, pass_product, sums);

@@ -50,14 +50,13 @@ typedef struct loxo_cg loxo_cg;
  * own). Of b its mean is taken out there, and the x returned has mean zero. Variables that are not there get 0. */
 loxo_status loxo_cg_create(loxo_context *ctx, const loxo_csr *matrix, loxo_cg **out);
 void loxo_cg_destroy(loxo_cg *cg);
-size_t loxo_cg_bytes(int64_t n_rows);          /* of the workspace: 36 a row */
+size_t loxo_cg_bytes(int64_t n_rows); /* of the workspace: 24 a row; 4 more where there are several components */
 int64_t loxo_cg_n_singular(const loxo_cg *cg); /* sets whose constants are free */
 
 /* x [n_rows]: in, where to start; out, the solution.
  * returns  LOXO_OK; LOXO_NOT_CONVERGED, LOXO_STOPPED: x is the last state; LOXO_ERR_NUMERIC: b or the start is not finite
- * cost     an iteration reads the matrix once and moves 100 bytes a row; same bits for any thread count
- * source   Hestenes, Stiefel 1952; the flexible coefficient of Notay 2000, Flexible Conjugate Gradients, which forgives
- *          a preconditioner that rounds to single precision */
+ * cost     an iteration reads the matrix once and moves 80 bytes a row; same bits for any thread count
+ * source   Hestenes, Stiefel 1952 */
 loxo_status loxo_cg_solve(loxo_cg *cg, const loxo_preconditioner *m, const loxo_cg_settings *settings, const double *b,
                           double *x, loxo_cg_info *info);
 

@@ -103,10 +103,10 @@ static int64_t advance(void *arg)
 static void apply_map(const mg_map *map, int64_t begin, int64_t end, const double *x, const double *given, double *y)
 {
     for (int64_t i = begin; i < end; ++i) {
-        double sum = given != NULL ? given[i] : 0.0;
+        double sum = 0.0;
         for (uint32_t k = map->begin[i]; k < map->begin[i + 1]; ++k)
             sum += (double)map->value[k] * x[map->column[k]];
-        y[i] = sum;
+        y[i] = (given != NULL ? given[i] : 0.0) + sum / MG_ONE;
     }
 }
 

@@ -68,32 +68,38 @@ static loxo_status take_matrix(loxo_multigrid *mg)
     loxo_context *ctx = mg->ctx;
     const loxo_csr *a = mg->matrix;
     mg_level *l = &mg->level[0];
-    int64_t n_bad = 0, n_there = 0;
-    double sum = 0.0;
+    int64_t n_bad = 0, n_there = 0, exponents = 0, n_excess = 0;
     *l = (mg_level){.n = a->n_rows, .row = a->begin, .column = a->column};
-    l->weight = loxo_allocate(ctx, a->begin[a->n_rows], sizeof *l->weight);
-    l->excess = loxo_allocate(ctx, a->n_rows, sizeof *l->excess);
-    if (l->weight == NULL || l->excess == NULL) return LOXO_ERR_MEMORY;
-    for (int64_t i = 0; i < a->n_rows; ++i) {
-        const double d = a->diagonal[i];
-        if (!(d > 0.0)) continue;
-        sum += log2(d);
-        ++n_there;
-    }
-    mg->scale = n_there > 0 && isfinite(sum) ? exp2(-rint(sum / (double)n_there)) : 1.0;
-#pragma omp parallel num_threads(loxo_threads_for(ctx, a->n_rows, NS_A_ROW)) reduction(+ : n_bad)
+#pragma omp parallel num_threads(loxo_threads_for(ctx, a->n_rows, NS_A_ROW))                                           \
+    reduction(+ : n_bad, n_there, exponents, n_excess)
     {
         const loxo_range r = loxo_csr_share(a, loxo_thread_id(), loxo_thread_count());
         for (int64_t i = r.begin; i < r.end; ++i) {
-            n_bad += !is_row_good(a, i);
-            for (int64_t k = a->begin[i]; k < a->begin[i + 1]; ++k)
-                l->weight[k] = (float)(-mg->scale * a->value[k]);
-            l->excess[i] = (float)(mg->scale * loxo_csr_excess(a, i));
+            if (!is_row_good(a, i)) {
+                ++n_bad;
+                continue;
+            }
+            n_there += a->diagonal[i] > 0.0;
+            exponents += a->diagonal[i] > 0.0 ? ilogb(a->diagonal[i]) : 0;
+            n_excess += loxo_csr_excess(a, i) != 0.0;
         }
     }
     if (n_bad > 0)
         return loxo_fail(ctx, LOXO_ERR_NUMERIC,
                          "multigrid: the matrix has rows that are not finite or a negative diagonal");
+    mg->scale = n_there > 0 ? exp2(-rint((double)exponents / (double)n_there)) : 1.0;
+    l->weight = loxo_allocate(ctx, a->begin[a->n_rows], sizeof *l->weight);
+    if (l->weight == NULL) return LOXO_ERR_MEMORY;
+    if (n_excess > 0 && (l->excess = loxo_allocate(ctx, a->n_rows, sizeof *l->excess)) == NULL) return LOXO_ERR_MEMORY;
+#pragma omp parallel num_threads(loxo_threads_for(ctx, a->n_rows, NS_A_ROW))
+    {
+        const loxo_range r = loxo_csr_share(a, loxo_thread_id(), loxo_thread_count());
+        for (int64_t i = r.begin; i < r.end; ++i) {
+            for (int64_t k = a->begin[i]; k < a->begin[i + 1]; ++k)
+                l->weight[k] = (float)(-mg->scale * a->value[k]);
+            if (l->excess != NULL) l->excess[i] = (float)(mg->scale * loxo_csr_excess(a, i));
+        }
+    }
     return LOXO_OK;
 }
 
@@ -121,7 +127,7 @@ static loxo_status prepare_smoother(loxo_multigrid *mg, mg_level *l)
     {
         const loxo_range r = loxo_thread_range(l->n);
         for (int64_t i = r.begin; i < r.end; ++i) {
-            double d = (double)l->excess[i], size = fabs(d), outside = 0.0;
+            double d = mg_excess(l, i), size = fabs(d), outside = 0.0;
             for (int64_t k = l->row[i]; k < l->row[i + 1]; ++k) {
                 d += (double)l->weight[k];
                 size += fabs((double)l->weight[k]);
@@ -139,15 +145,15 @@ static loxo_status factor_last(loxo_multigrid *mg, loxo_multigrid_info *info)
     const mg_level *l = &mg->level[mg->n_levels - 1];
     info->n_coarsest = l->n;
     if (l->n > MOST_DENSE) return LOXO_OK;
-    mg->dense = loxo_allocate_zero(mg->ctx, l->n * l->n, sizeof *mg->dense);
+    mg->dense = loxo_allocate_zero(mg->ctx, l->n * (l->n + 1) / 2, sizeof *mg->dense);
     if (mg->dense == NULL) return LOXO_ERR_MEMORY;
     for (int64_t i = 0; i < l->n; ++i) {
-        double d = (double)l->excess[i];
+        double d = mg_excess(l, i), *row = mg->dense + i * (i + 1) / 2;
         for (int64_t k = l->row[i]; k < l->row[i + 1]; ++k) {
-            mg->dense[i * l->n + l->column[k]] = -(double)l->weight[k];
+            if (l->column[k] < i) row[l->column[k]] = -(double)l->weight[k];
             d += (double)l->weight[k];
         }
-        mg->dense[i * l->n + i] = d;
+        row[i] = d;
     }
     info->n_grounded = loxo_dense_factor(l->n, mg->dense, GROUNDED);
     return LOXO_OK;
@@ -175,28 +181,14 @@ done:
     return status;
 }
 
-static size_t level_bytes(const mg_level *l, bool is_own)
-{
-    const size_t n = (size_t)l->n, n_entries = (size_t)l->row[l->n];
-    const size_t n_map = l->up.begin != NULL ? (size_t)l->up.begin[l->n] : 0;
-    return n * (2 * sizeof(float) + (is_own ? 3 : 1) * sizeof(double)) + n_entries * sizeof(float) +
-           2 * n_map * (sizeof(float) + sizeof(loxo_index)) +
-           (l->up.begin != NULL ? (n + (size_t)l->up.n_columns + 2) * sizeof(uint32_t) : 0) +
-           (is_own ? (n + 1) * sizeof(int64_t) + n_entries * sizeof(loxo_index) : 0);
-}
-
 static void fill_info(const loxo_multigrid *mg, loxo_multigrid_info *info)
 {
     double n_entries = 0.0;
     info->n_levels = mg->n_levels;
-    for (int i = 0; i < mg->n_levels; ++i) {
-        const mg_level *l = &mg->level[i];
-        info->bytes += level_bytes(l, i > 0);
-        n_entries += (double)(l->row[l->n] + l->n);
-    }
+    for (int i = 0; i < mg->n_levels; ++i)
+        n_entries += (double)(mg->level[i].row[mg->level[i].n] + mg->level[i].n);
     const double n_first = (double)(mg->level[0].row[mg->level[0].n] + mg->level[0].n);
     info->operator_complexity = n_first > 0.0 ? n_entries / n_first : 1.0;
-    if (mg->dense != NULL) info->bytes += (size_t)(info->n_coarsest * info->n_coarsest) * sizeof(double);
 }
 
 loxo_status loxo_multigrid_create(loxo_context *ctx, const loxo_csr *matrix, loxo_multigrid_info *info,
@@ -204,6 +196,7 @@ loxo_status loxo_multigrid_create(loxo_context *ctx, const loxo_csr *matrix, lox
 {
     loxo_multigrid_info own = {0};
     loxo_status status;
+    const size_t before = loxo_context_memory(ctx).current_bytes;
     loxo_multigrid *mg = loxo_allocate_zero(ctx, 1, sizeof *mg);
     *out = NULL;
     if (mg == NULL) return LOXO_ERR_MEMORY;
@@ -225,6 +218,7 @@ loxo_status loxo_multigrid_create(loxo_context *ctx, const loxo_csr *matrix, lox
     }
     if ((status = factor_last(mg, &own)) < 0 || (status = mg_plan_cycle(mg)) < 0) goto fail;
     fill_info(mg, &own);
+    own.bytes = loxo_context_memory(ctx).current_bytes - before;
     if (info != NULL) *info = own;
     *out = mg;
     return LOXO_OK;

@@ -13,8 +13,7 @@ typedef struct loxo_multigrid_info {
     int64_t n_coarsest; /* variables there */
     int64_t n_grounded; /* pivots of the coarsest level that were zero: one a singular component that got there */
     double operator_complexity; /* entries of all levels over those of the first */
-    size_t bytes;               /* of the hierarchy and its vectors, the matrix not counted */
-    size_t peak_bytes;          /* most that set-up held of them */
+    size_t bytes;               /* of the hierarchy and its vectors, the matrix not counted; set-up takes no more */
 } loxo_multigrid_info;
 
 /* Makes the hierarchy. The matrix is borrowed: level 0 uses its pattern, and keeps its values in single precision.

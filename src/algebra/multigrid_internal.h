@@ -9,13 +9,16 @@
 #define MG_MAX_LEVELS 24
 #define MG_NONE       ((loxo_index)-1)
 
-/* Rows of floats: a prolongation or its transpose. Offsets fit 32 bits: rows of a prolongation have two to three entries,
- * of 2^31 rows at most; set-up counts and refuses more. */
+/* A prolongation or its transpose. Entries are whole multiples of 1 / MG_ONE, so that rows of a prolongation sum to 1
+ * without rounding: on a long strip a constant can be 10^9 times as large as what it stands for on the finer level.
+ * Offsets fit 32 bits: these rows have two to three entries, and there are 2^31 of them at most; set-up counts and
+ * refuses more. */
+#define MG_ONE 16384.0
 typedef struct mg_map {
     int64_t n_rows, n_columns;
     uint32_t *begin; /* [n_rows + 1] */
     loxo_index *column;
-    float *value;
+    int16_t *value;
 } mg_map;
 
 #define MG_BLOCK_ROWS 4096 /* of the smoother, at most; a power of two */
@@ -24,10 +27,11 @@ typedef struct mg_map {
 /* Groups of variables that are corrected together, all from one residual. */
 typedef struct mg_stiff {
     int64_t n_groups;
-    int64_t *begin;     /* [n_groups + 1] */
+    loxo_index *begin;  /* [n_groups + 1] */
     loxo_index *member; /* [begin[n_groups]] */
     double *step;       /* [begin[n_groups]] what is added to members next */
-    double *factor;     /* of group g from begin[g] * MG_MOST_STIFF on, see dense.h */
+    int64_t *at;        /* [n_groups] where factors begin */
+    float *factor;      /* L D L^T by rows of the lower triangle, with D on the diagonal */
 } mg_stiff;
 
 typedef struct mg_level {
@@ -35,7 +39,8 @@ typedef struct mg_level {
     /* As k_smooth_level; row and column are the caller's matrix's on level 0. */
     int64_t *row;
     loxo_index *column;
-    float *weight, *excess, *inverse;
+    float *weight, *inverse;
+    float *excess;     /* NULL: all 0 */
     mg_map up, down;   /* from the next level to this one, and its transpose; none on the last */
     double *x, *y, *b; /* of level 0 only y: x and b are the caller's */
     mg_stiff stiff;
@@ -79,14 +84,19 @@ static inline k_smooth_level mg_rows(const mg_level *level)
     return (k_smooth_level){level->row, level->column, level->weight, level->excess, level->inverse};
 }
 
+static inline double mg_excess(const mg_level *level, int64_t i)
+{
+    return level->excess != NULL ? (double)level->excess[i] : 0.0;
+}
+
 /* Numbers of the aggregates that variables belong to: aggregate [n] out, MG_NONE for a variable that the smoother alone
  * takes care of. strongest [n] out: the largest weight of its row, 0 where none is positive. */
 loxo_status mg_aggregate(loxo_context *ctx, const mg_level *level, loxo_index *aggregate, float *strongest,
                          int64_t *n_aggregates);
-/* level->up and level->down. */
+/* transfer.c: level->up and level->down. */
 loxo_status mg_make_maps(loxo_context *ctx, mg_level *level, const loxo_index *aggregate, const float *strongest,
                          int64_t n_aggregates);
-/* Rows of the next level: fine->down * fine * fine->up. */
+/* coarsen.c: rows of the next level, fine->down * fine * fine->up. */
 loxo_status mg_make_coarse(loxo_context *ctx, const mg_level *fine, mg_level *coarse);
 
 /* stiff.c: level->stiff; and, of groups begin..end-1, the steps from the residual of x, and x after them. */
@@ -98,6 +108,6 @@ void mg_take_steps(const mg_level *level, int64_t begin, int64_t end, double *x)
 loxo_status mg_plan_cycle(loxo_multigrid *mg);
 
 /* An edge is strong when its weight is at least this share of the largest weight of either end. */
-#define MG_STRONG 0.15f
+#define MG_STRONG 0.25f
 
 #endif

@@ -27,6 +27,8 @@ static inline void k_csr_multiply(const int64_t *restrict row, const loxo_index 
  *   (A x)_i = excess_i x_i + sum_j weight_ij (x_i - x_j),   weight_ij = -a_ij, excess_i = a_ii - sum_j weight_ij.
  * Constants stay in the null space, whatever the weights were rounded to.
  *
+ * excess NULL stands for zeros.
+ *
  * Smoothing is Gauss-Seidel inside blocks of rows and Jacobi between them. The blocks do not depend on the threads, so
  * neither does any bit. inverse_i = 1 / d'_i, see the README of algebra for d'. */
 typedef struct k_smooth_level {
@@ -34,6 +36,12 @@ typedef struct k_smooth_level {
     const loxo_index *column;
     const float *weight, *excess, *inverse;
 } k_smooth_level;
+
+/* What is left of b_i by the excess. */
+static inline double k_without_excess(const k_smooth_level *m, int64_t i, const double *b, double own)
+{
+    return m->excess != NULL ? b[i] - (double)m->excess[i] * own : b[i];
+}
 
 /* Block begin..end-1, forward, from zero: (D' + L) x = b with L the lower triangle inside the block. */
 static inline void k_smooth_forward(const k_smooth_level *m, int64_t begin, int64_t end, const double *restrict b,
@@ -55,7 +63,7 @@ static inline void k_smooth_forward(const k_smooth_level *m, int64_t begin, int6
 static inline double k_residual_at(const k_smooth_level *m, int64_t i, const double *b, const double *x)
 {
     const double own = x[i];
-    double sum = b[i] - (double)m->excess[i] * own;
+    double sum = k_without_excess(m, i, b, own);
     for (int64_t k = m->row[i]; k < m->row[i + 1]; ++k)
         sum -= (double)m->weight[k] * (own - x[m->column[k]]);
     return sum;
@@ -75,7 +83,7 @@ static inline void k_smooth_backward(const k_smooth_level *m, int64_t begin, int
 {
     for (int64_t i = end - 1; i >= begin; --i) {
         const double own = y[i];
-        double sum = b[i] - (double)m->excess[i] * own;
+        double sum = k_without_excess(m, i, b, own);
         const int64_t first = m->row[i];
         int64_t k = m->row[i + 1] - 1;
         for (; k >= first && m->column[k] >= end; --k)

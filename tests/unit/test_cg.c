@@ -42,8 +42,12 @@ TEST(definite_system_as_by_the_dense_factor)
     const loxo_cg_info info = solve(test_context, &sparse, b, x, LOXO_OK);
     CHECK(info.residual <= 1e-12 && info.n_iterations <= 2 * N && info.inconsistent == 0.0);
     memcpy(y, b, sizeof y);
-    CHECK_EQUAL(loxo_dense_factor(N, a, 1e-12), 0);
-    loxo_dense_solve(N, a, y);
+    double packed[N * (N + 1) / 2];
+    for (int i = 0, to = 0; i < N; ++i)
+        for (int j = 0; j <= i; ++j)
+            packed[to++] = a[i * N + j];
+    CHECK_EQUAL(loxo_dense_factor(N, packed, 1e-12), 0);
+    loxo_dense_solve(N, packed, y);
     for (int i = 0; i < N; ++i)
         CHECK_NEAR(x[i], y[i], 1e-10); /* residual 1e-12 times a condition below 100 */
     loxo_release(test_context, b);
@@ -53,7 +57,7 @@ TEST(definite_system_as_by_the_dense_factor)
 TEST(dense_factor_grounds_one_variable_a_component)
 {
     /* Paths of three and two with weights 1 and 2. */
-    double a[25] = {1, 0, 0, 0, 0, -1, 3, 0, 0, 0, 0, -2, 2, 0, 0, 0, 0, 0, 5, 0, 0, 0, 0, -5, 5};
+    double a[15] = {1, -1, 3, 0, -2, 2, 0, 0, 0, 5, 0, 0, 0, -5, 5};
     double x[5] = {1, 2, -3, 1, -1};
     CHECK_EQUAL(loxo_dense_factor(5, a, 1e-12), 2);
     loxo_dense_solve(5, a, x);
