@@ -152,6 +152,73 @@ TEST(near_the_exact_distances_of_the_sphere)
     surface_destroy(&s);
 }
 
+/* All sources are at 0, and d is what the least of single ones is, within the methods' own errors, 0.8 to 0.9 % there. */
+TEST(several_sources_are_the_least_of_single_ones)
+{
+    surface s = surface_make(test_context, LOXO_SHAPE_ICOSPHERE, 5000, NAN);
+    const int64_t n = s.soup.n_vertices;
+    double *d = surface_numbers(&s), *one = surface_numbers(&s), *least = surface_numbers(&s);
+    const loxo_index sources[4] = {0, 700, 703, 4000};
+    for (int method = LOXO_GEODESIC_HEAT; method <= LOXO_GEODESIC_VARIATIONAL; ++method)
+        for (int factor = LOXO_FACTOR_MULTIGRID; factor <= LOXO_FACTOR_CHOLESKY; ++factor) {
+            if (factor == LOXO_FACTOR_CHOLESKY && !loxo_cholesky_is_there()) continue;
+            const loxo_geodesic_settings settings =
+                settings_of((loxo_geodesic_method)method, (loxo_geodesic_factor)factor);
+            for (int64_t v = 0; v < n; ++v)
+                least[v] = HUGE_VAL;
+            for (int k = 0; k < 4; ++k) {
+                solve(&s, &settings, &sources[k], 1, one, LOXO_OK);
+                for (int64_t v = 0; v < n; ++v)
+                    least[v] = fmin(least[v], one[v]);
+            }
+            solve(&s, &settings, sources, 4, d, LOXO_OK);
+            CHECK(mean_error(d, least, n) < 0.02); /* the two kinds of errors together */
+            for (int k = 0; k < 4; ++k)
+                CHECK_EQUAL(d[sources[k]], 0.0);
+        }
+    loxo_release(test_context, d);
+    loxo_release(test_context, one);
+    loxo_release(test_context, least);
+    surface_destroy(&s);
+}
+
+/* Corners of their faces stand at their straight distances. */
+TEST(several_points_inside_faces)
+{
+    surface s = surface_make(test_context, LOXO_SHAPE_GRID, 2500, NAN);
+    double *d = surface_numbers(&s), worst = 0.0;
+    const int64_t faces[2] = {s.soup.n_faces / 5, s.soup.n_faces / 2};
+    loxo_surface_point point[2] = {{.weight = {0.5, 0.3, 0.2}}, {.weight = {0.1, 0.1, 0.8}}};
+    double p[2][3] = {{0.0}};
+    for (int i = 0; i < 2; ++i)
+        for (int k = 0; k < 3; ++k) {
+            point[i].vertex[k] = s.soup.triangle[3 * faces[i] + k];
+            for (int c = 0; c < 3; ++c)
+                p[i][c] += point[i].weight[k] * s.soup.position[3 * (int64_t)point[i].vertex[k] + c];
+        }
+    for (int factor = LOXO_FACTOR_MULTIGRID; factor <= LOXO_FACTOR_CHOLESKY; ++factor) {
+        if (factor == LOXO_FACTOR_CHOLESKY && !loxo_cholesky_is_there()) continue;
+        const loxo_geodesic_settings settings = settings_of(LOXO_GEODESIC_VARIATIONAL, (loxo_geodesic_factor)factor);
+        loxo_geodesic *g;
+        CHECK_OK(loxo_geodesic_create(test_context, s.mesh, &settings, &g));
+        CHECK_OK(loxo_geodesic_solve_points(g, point, 2, d, NULL));
+        for (int64_t v = 0; v < s.soup.n_vertices; ++v) {
+            const double *x = &s.soup.position[3 * v];
+            const double apart[2] = {hypot(x[0] - p[0][0], x[1] - p[0][1]), hypot(x[0] - p[1][0], x[1] - p[1][1])};
+            worst = fmax(worst, fabs(d[v] - fmin(apart[0], apart[1])));
+        }
+        for (int i = 0; i < 2; ++i)
+            for (int k = 0; k < 3; ++k) {
+                const double *x = &s.soup.position[3 * (int64_t)point[i].vertex[k]];
+                CHECK_NEAR(d[point[i].vertex[k]], hypot(x[0] - p[i][0], x[1] - p[i][1]), 1e-12);
+            }
+        loxo_geodesic_destroy(g);
+    }
+    CHECK(worst < 0.05); /* 2.5 edges */
+    loxo_release(test_context, d);
+    surface_destroy(&s);
+}
+
 TEST(variational_lowers_its_energy)
 {
     surface s = surface_make(test_context, LOXO_SHAPE_TORUS, 3000, NAN);
@@ -302,12 +369,12 @@ static loxo_status solve_once(loxo_context *ctx, void *arg)
 {
     const ladder_call *c = arg;
     const loxo_mesh_arrays arrays = c->s.arrays;
-    const loxo_index source = 1;
+    const loxo_index sources[2] = {1, 300};
     loxo_mesh *mesh = NULL;
     double *d = loxo_allocate(ctx, arrays.n_vertices, sizeof *d);
     loxo_status status = d == NULL ? LOXO_ERR_MEMORY : LOXO_OK;
     if (status >= 0) status = loxo_mesh_create(ctx, &arrays, LOXO_BORROW, NULL, NULL, &mesh);
-    if (status >= 0) status = loxo_geodesic_distance(ctx, mesh, &c->settings, &source, 1, d, NULL);
+    if (status >= 0) status = loxo_geodesic_distance(ctx, mesh, &c->settings, sources, 2, d, NULL);
     loxo_mesh_destroy(mesh);
     loxo_release(ctx, d);
     return status;

@@ -30,6 +30,8 @@ static void poisson_destroy(void *state)
     geodesic_engine_edge.destroy(p->marching);
     loxo_release(ctx, p->label);
     loxo_release(ctx, p->set_shift);
+    loxo_release(ctx, p->set_seed);
+    poisson_release_held(p, &p->held);
     loxo_release(ctx, p->heat);
     loxo_release(ctx, p->heat_scale);
     loxo_release(ctx, p->own_field);
@@ -86,7 +88,8 @@ static loxo_status poisson_solve(void *state, const geodesic_seed *seeds, int64_
     const int64_t n = p->m.n_vertices;
     p->clock_s = loxo_os_clock_s();
     info->stop_reason = LOXO_STOP_TOLERANCE;
-    loxo_status status = poisson_shift(p, seeds, n_seeds, NULL); /* which components have sources */
+    loxo_status status = poisson_hold(p, seeds, n_seeds);
+    if (status >= 0) status = poisson_shift(p, seeds, n_seeds, NULL); /* which components have sources */
     if (status >= 0) status = poisson_find_field(p, seeds, n_seeds, distance, info);
     if (status < 0) return status;
     for (int64_t v = 0; v < n; ++v)
@@ -105,12 +108,19 @@ static loxo_status poisson_solve(void *state, const geodesic_seed *seeds, int64_
     if (nearest != NULL && (status = geodesic_label_nearest(p->problem, seeds, n_seeds, distance, nearest)) < 0)
         return status;
     poisson_clock(p, LOXO_GEODESIC_PHASE_INTEGRATE, info);
-    info->workspace_bytes = p->workspace_bytes;
+    info->workspace_bytes = p->workspace_bytes + p->solver_bytes;
     return judge(p, of_solve, info);
 }
 
-/* Entries a row of a factor of a Laplacian, somewhat above those of bumpy spheres of 1e4 to 1e6 vertices: 73 to 93. */
-static double factor_entries(double n) { return n > 100.0 ? 4.2 * log2(n) + 16.0 : 0.5 * n; }
+/* Entries a row of a factor of a Laplacian, those of bumpy spheres: 71 at 1e4 vertices, 96 at 2.5e5. */
+static double factor_entries(double n) { return n > 100.0 ? 5.5 * log2(n) - 2.5 : 0.5 * n; }
+
+/* While the last factor is made: a matrix of ours, CHOLMOD's half of it twice; and the pages of its libraries. */
+#define WHILE_FACTORING 200.0
+#define LIBRARY_BYTES   3000000
+
+/* Of a hierarchy, a vertex: 92 on even triangles, up to 125 on obtuse ones. */
+#define HIERARCHY_BYTES 104
 
 static size_t poisson_bytes(const geodesic_problem *problem)
 {
@@ -118,15 +128,17 @@ static size_t poisson_bytes(const geodesic_problem *problem)
     size_t bytes = (size_t)n * 8 + (problem->settings.method == LOXO_GEODESIC_VARIATIONAL ? (size_t)n_faces * 16 : 0);
     if (problem->settings.factor == LOXO_FACTOR_CHOLESKY) {
         const int n_factors = problem->n_boundary_edges > 0 ? 3 : 2;
-        return bytes + (size_t)n * 12 + (size_t)n_faces * 24 +
-               (size_t)((double)(n_factors * n) * (96.0 + 8.0 * factor_entries((double)n)));
+        const double of_factors = n_factors * (96.0 + 8.0 * factor_entries((double)n));
+        return bytes + (size_t)n * 12 + (size_t)n_faces * 24 + (size_t)((double)n * (of_factors + WHILE_FACTORING)) +
+               LIBRARY_BYTES;
     }
     geodesic_problem marching = *problem;
     marching.settings.method = LOXO_GEODESIC_EDGE;
     marching.settings.global_constraints = false;
+    marching.settings.recovery = LOXO_RECOVERY_ADMM;
     bytes += geodesic_engine_edge.bytes(&marching);
     return bytes + loxo_laplacian_bytes(n, n_faces, problem->n_boundary_edges) - (size_t)n_faces * 32 +
-           (size_t)n * 120 + loxo_cg_bytes(n);
+           (size_t)n * HIERARCHY_BYTES + loxo_cg_bytes(n);
 }
 
 /* vertex_ns: by multigrid at 1M vertices, as for the edge-based method. */

@@ -8,18 +8,31 @@
 #include "algebra/multigrid.h"
 #include "solver/geodesic/parallel_heat/parallel_heat_internal.h"
 
+/* Vertices that the equation holds, ascending, and their distances. */
+typedef struct poisson_held {
+    int64_t n;
+    loxo_index *vertex;
+    double *value;
+} poisson_held;
+
+enum { POISSON_NO_SEED, POISSON_ONE_SEED, POISSON_HELD };
+
 typedef struct poisson {
     const geodesic_problem *problem;
     loxo_context *ctx;
     loxo_mesh_view m;
     loxo_geodesic_settings settings;
     double clock_s;
-    size_t workspace_bytes;
+    size_t workspace_bytes, solver_bytes; /* solver: of the Poisson equation, beside the rest */
 
     /* components, by the matrix: label [n_vertices], NULL where there is one */
     loxo_index *label;
     int64_t n_sets;
     double *set_shift; /* [n_sets] what is taken off distances; +infinity: no source there */
+    char *set_seed;    /* [n_sets] whether the seeds of the component are held */
+    poisson_held held; /* in the matrix or factor as it is, when is_ready */
+    bool is_ready;
+    bool is_whole; /* the matrix is there, and holds none */
 
     /* LOXO_FACTOR_CHOLESKY */
     loxo_cholesky *poisson_factor;
@@ -47,11 +60,20 @@ loxo_status poisson_prepare_heat(poisson *p);
 loxo_status poisson_find_field(poisson *p, const geodesic_seed *seeds, int64_t n_seeds, double *work,
                                loxo_geodesic_info *info);
 
-/* recover.c: matrices or factors of the Poisson equation; the distance, up to constants, from field, which is used up. */
+/* recover.c: matrices or factors of the Poisson equation, once and again for other held vertices; the distance, up to
+ * constants of components that hold none, from field, which is used up. */
 loxo_status poisson_prepare_recovery(poisson *p);
+loxo_status poisson_renew(poisson *p);
 loxo_status poisson_solve_field(poisson *p, double *distance, loxo_geodesic_info *info);
 /* Makes distances vanish at the seeds, and infinite in components without. */
 loxo_status poisson_shift(poisson *p, const geodesic_seed *seeds, int64_t n_seeds, double *distance);
+
+/* hold.c: what is held for these seeds, in the matrix too. Before a solve: what held distances make of the field is taken
+ * out of it, and they are put to 0; after it they are put back. */
+loxo_status poisson_hold(poisson *p, const geodesic_seed *seeds, int64_t n_seeds);
+void poisson_take_held(poisson *p, double *distance);
+void poisson_put_held(const poisson *p, double *distance);
+void poisson_release_held(poisson *p, poisson_held *held);
 
 /* variational.c: moves the distance of the heat method to less (|grad d| - 1)^2. */
 loxo_status poisson_vary(poisson *p, double *distance, loxo_geodesic_info *info);

@@ -14,24 +14,25 @@
 #define TOLERANCE 1e-8
 #define MAX_STEPS 2000
 
-/* One vertex of each component is held at 0: the constants are shifted afterwards anyhow. */
-static loxo_status pin_components(poisson *p, loxo_csr *a)
+static loxo_status make_matrix(poisson *p)
 {
-    const int64_t n = a->n_rows;
-    bool *is_pinned = loxo_allocate_zero(p->ctx, n, sizeof *is_pinned);
-    bool *is_seen = loxo_allocate_zero(p->ctx, p->n_sets, sizeof *is_seen);
-    if (is_pinned != NULL && is_seen != NULL) {
-        for (int64_t v = 0; v < n; ++v) {
-            const int64_t set = p->label != NULL ? p->label[v] : 0;
-            is_pinned[v] = !is_seen[set];
-            is_seen[set] = true;
-        }
-        loxo_csr_pin(p->ctx, a, is_pinned);
-    }
-    const bool is_done = is_pinned != NULL && is_seen != NULL;
-    loxo_release(p->ctx, is_seen);
+    loxo_csr_destroy(p->ctx, &p->matrix);
+    const loxo_status status = loxo_laplacian_create(p->ctx, &p->m, &p->matrix, NULL);
+    p->is_whole = status >= 0;
+    return status;
+}
+
+static loxo_status pin_held(poisson *p)
+{
+    if (p->held.n == 0) return LOXO_OK;
+    bool *is_pinned = loxo_allocate_zero(p->ctx, p->m.n_vertices, sizeof *is_pinned);
+    if (is_pinned == NULL) return LOXO_ERR_MEMORY;
+    for (int64_t k = 0; k < p->held.n; ++k)
+        is_pinned[p->held.vertex[k]] = true;
+    p->is_whole = false;
+    loxo_csr_pin(p->ctx, &p->matrix, is_pinned);
     loxo_release(p->ctx, is_pinned);
-    return is_done ? LOXO_OK : LOXO_ERR_MEMORY;
+    return LOXO_OK;
 }
 
 static loxo_status label_components(poisson *p)
@@ -45,7 +46,32 @@ static loxo_status label_components(poisson *p)
         p->label = NULL;
     }
     p->set_shift = loxo_allocate(p->ctx, p->n_sets, sizeof *p->set_shift);
-    return p->set_shift == NULL ? LOXO_ERR_MEMORY : LOXO_OK;
+    p->set_seed = loxo_allocate(p->ctx, p->n_sets, sizeof *p->set_seed);
+    return p->set_shift == NULL || p->set_seed == NULL ? LOXO_ERR_MEMORY : LOXO_OK;
+}
+
+/* From the matrix, which factors take the place of. */
+static loxo_status make_solver(poisson *p)
+{
+    loxo_status status = pin_held(p);
+    if (status < 0) return status;
+    if (p->settings.factor == LOXO_FACTOR_MULTIGRID) {
+        loxo_multigrid_info grid;
+        if ((status = loxo_multigrid_create(p->ctx, &p->matrix, &grid, &p->multigrid)) < 0) return status;
+        p->solver_bytes = loxo_csr_bytes(&p->matrix) + grid.bytes + loxo_cg_bytes(p->m.n_vertices);
+        status = loxo_cg_create(p->ctx, &p->matrix, &p->cg);
+    } else {
+        loxo_cholesky_info info;
+        if (p->poisson_factor == NULL) {
+            if ((status = loxo_cholesky_create(p->ctx, &p->matrix, &info, &p->poisson_factor)) < 0) return status;
+            p->solver_bytes = info.factor_bytes;
+        }
+        status = loxo_cholesky_factor(p->poisson_factor, &p->matrix);
+        loxo_csr_destroy(p->ctx, &p->matrix);
+        p->is_whole = false;
+    }
+    p->is_ready = status >= 0;
+    return status;
 }
 
 loxo_status poisson_prepare_recovery(poisson *p)
@@ -53,21 +79,20 @@ loxo_status poisson_prepare_recovery(poisson *p)
     const int64_t n = p->m.n_vertices;
     if ((p->right_side = loxo_allocate(p->ctx, n, sizeof *p->right_side)) == NULL) return LOXO_ERR_MEMORY;
     p->workspace_bytes += (size_t)n * sizeof *p->right_side;
-    loxo_status status = loxo_laplacian_create(p->ctx, &p->m, &p->matrix, NULL);
+    loxo_status status = make_matrix(p);
     if (status < 0 || (status = label_components(p)) < 0) return status;
-    if (p->settings.factor == LOXO_FACTOR_MULTIGRID) {
-        loxo_multigrid_info grid;
-        if ((status = loxo_multigrid_create(p->ctx, &p->matrix, &grid, &p->multigrid)) < 0) return status;
-        p->workspace_bytes += loxo_csr_bytes(&p->matrix) + grid.bytes + loxo_cg_bytes(n);
-        return loxo_cg_create(p->ctx, &p->matrix, &p->cg);
-    }
-    loxo_cholesky_info info;
-    if ((status = pin_components(p, &p->matrix)) < 0) return status;
-    if ((status = loxo_cholesky_create(p->ctx, &p->matrix, &info, &p->poisson_factor)) < 0) return status;
-    p->workspace_bytes += info.factor_bytes;
-    status = loxo_cholesky_factor(p->poisson_factor, &p->matrix);
-    loxo_csr_destroy(p->ctx, &p->matrix);
-    return status;
+    return poisson_hold(p, NULL, 0);
+}
+
+loxo_status poisson_renew(poisson *p)
+{
+    p->is_ready = false;
+    loxo_cg_destroy(p->cg);
+    loxo_multigrid_destroy(p->multigrid);
+    p->cg = NULL;
+    p->multigrid = NULL;
+    const loxo_status status = p->is_whole ? LOXO_OK : make_matrix(p);
+    return status < 0 ? status : make_solver(p);
 }
 
 static void find_divergence(poisson *p)
@@ -85,29 +110,23 @@ static void find_divergence(poisson *p)
     }
 }
 
-/* Of the pinned vertices: the first of each component, as pin_components. */
-static void clear_pinned(const poisson *p, double *b)
-{
-    int64_t n_seen = 0;
-    for (int64_t v = 0; v < p->m.n_vertices && n_seen < p->n_sets; ++v)
-        if (p->label == NULL || p->label[v] == n_seen) { /* sets count in the order of their first vertices */
-            b[v] = 0.0;
-            ++n_seen;
-        }
-}
-
 loxo_status poisson_solve_field(poisson *p, double *distance, loxo_geodesic_info *info)
 {
+    loxo_status status;
+    poisson_take_held(p, distance);
     find_divergence(p);
+    for (int64_t k = 0; k < p->held.n; ++k)
+        p->right_side[p->held.vertex[k]] = 0.0;
     if (p->cg == NULL) {
-        clear_pinned(p, p->right_side);
-        return loxo_cholesky_solve(p->poisson_factor, p->right_side, distance);
+        status = loxo_cholesky_solve(p->poisson_factor, p->right_side, distance);
+        poisson_put_held(p, distance);
+        return status;
     }
     const loxo_preconditioner m = {loxo_multigrid_apply, p->multigrid};
     const loxo_cg_settings settings = {.tolerance = TOLERANCE, .max_iterations = MAX_STEPS};
     loxo_cg_info cg;
-    const loxo_status status = loxo_cg_solve(p->cg, &m, &settings, p->right_side, distance, &cg);
-    if (status < 0) return status;
+    if ((status = loxo_cg_solve(p->cg, &m, &settings, p->right_side, distance, &cg)) < 0) return status;
+    poisson_put_held(p, distance);
     info->n_poisson_steps += cg.n_iterations;
     info->poisson_residual = cg.residual;
     if (status == LOXO_STOPPED) return loxo_fail(p->ctx, LOXO_STOPPED, "geodesic: stopped during the Poisson equation");
@@ -125,7 +144,7 @@ static void lower(const poisson *p, int64_t v, double value)
     *shift = fmin(*shift, value);
 }
 
-/* The lowest seed of a component gets 0. */
+/* The lowest seed of a component gets 0, where they are not held. */
 loxo_status poisson_shift(poisson *p, const geodesic_seed *seeds, int64_t n_seeds, double *distance)
 {
     const double most = p->problem->settings.max_distance;
@@ -145,6 +164,8 @@ loxo_status poisson_shift(poisson *p, const geodesic_seed *seeds, int64_t n_seed
         }
     }
     if (distance == NULL) return LOXO_OK;
+    for (int64_t s = 0; s < p->n_sets; ++s)
+        if (p->set_seed[s] == POISSON_HELD) p->set_shift[s] = 0.0;
 #pragma omp parallel num_threads(loxo_threads_for(p->ctx, p->m.n_vertices, 2.0))
     {
         const loxo_range r = loxo_thread_range(p->m.n_vertices);
