@@ -321,6 +321,30 @@ TEST(cells_of_a_disk)
     check_cells(LOXO_SHAPE_DISK, 5000, 0.05);
 }
 
+/* A limit may cut off a piece whose distances came out short: what has a distance has a source, nothing else has. */
+TEST(cells_of_islands)
+{
+    surface s = surface_make(test_context, LOXO_SHAPE_STRIP, 40, NAN);
+    const loxo_mesh_view m = loxo_mesh_get_view(s.mesh);
+    geodesic_problem problem = {.ctx = test_context, .mesh = s.mesh, .m = m};
+    loxo_index source = 0, *nearest = loxo_allocate(test_context, m.n_vertices, sizeof *nearest);
+    double *distance = surface_numbers(&s);
+    geodesic_seed *seeds = NULL;
+    int64_t n_seeds = 0;
+    for (int64_t v = 0; v < m.n_vertices; ++v) {
+        const double x = s.soup.position[3 * (m.vertex_origin != NULL ? m.vertex_origin[v] : v)];
+        distance[v] = x > 5.0 && x < 9.0 ? HUGE_VAL : x;
+    }
+    CHECK_OK(geodesic_seeds_from_vertices(&problem, &source, 1, &seeds, &n_seeds));
+    CHECK_OK(geodesic_label_nearest(&problem, seeds, n_seeds, distance, nearest));
+    for (int64_t v = 0; v < m.n_vertices; ++v)
+        CHECK_EQUAL(nearest[v], distance[v] < HUGE_VAL ? 0 : -1);
+    loxo_release(test_context, seeds);
+    loxo_release(test_context, nearest);
+    loxo_release(test_context, distance);
+    surface_destroy(&s);
+}
+
 /* With the distances of a solve the lines between cells move by as much as the distances are off: no vertex is given to a
  * source that is farther than the nearest by more than six edge lengths (measured 4.0: near such lines distances of some
  * 40 edge lengths are off by up to three). */

@@ -12,6 +12,7 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 #define REACH      1.0 /* how far beyond an edge a ray may pass, in lengths of the edge: distances are nearly true */
 #define KEEP_EDGES 3.0 /* the second source is remembered while it is at most so many edges farther */
@@ -218,27 +219,46 @@ static loxo_status sort_by_distance(const labelling *l, uint32_t **order, int64_
     return status;
 }
 
-/* A vertex with less than all its neighbours and no source (the distances are not quite true) is left over at first; the
- * labels of what is around it reach it here, outward from what is labelled. order [n] is used up. */
-static void label_rest(labelling *l, uint32_t *order, int64_t n)
+/* Hands labels on, outward from the tail vertices of the queue, which has room for n; through vertices at infinity only
+ * where asked. Returns how many are in it then. */
+static int64_t spread(labelling *l, uint32_t *queue, int64_t tail, int64_t n, bool through_infinite)
 {
     const loxo_mesh_view *m = &l->problem->m;
-    int64_t tail = 0;
-    for (int64_t i = 0; i < n; ++i)
-        if (l->nearest[order[i]] >= 0) order[tail++] = order[i];
     for (int64_t i = 0; i < tail && tail < n; ++i) {
-        const loxo_index v = (loxo_index)order[i], start = m->vertex_halfedge[v];
+        const loxo_index v = (loxo_index)queue[i], start = m->vertex_halfedge[v];
         for (loxo_index h = start; h >= 0;) {
             const loxo_index corner[2] = {m->halfedge_vertex[k_next(h)], m->halfedge_vertex[k_previous(h)]};
             for (int k = 0; k < 2; ++k)
-                if (l->nearest[corner[k]] < 0 && l->distance[corner[k]] < HUGE_VAL) {
+                if (l->nearest[corner[k]] < 0 && (through_infinite || l->distance[corner[k]] < HUGE_VAL)) {
                     l->nearest[corner[k]] = l->nearest[v];
-                    order[tail++] = (uint32_t)corner[k];
+                    queue[tail++] = (uint32_t)corner[k];
                 }
             h = m->halfedge_twin[k_previous(h)];
             if (h == start) break;
         }
     }
+    return tail;
+}
+
+/* A vertex with less than all its neighbours and no source (the distances are not quite true) is left over at first; the
+ * labels of what is around it reach it here. A limit may have made islands of such vertices: to them labels go over what
+ * is beyond it. order [n] is used up. */
+static loxo_status label_rest(labelling *l, uint32_t *order, int64_t n)
+{
+    const int64_t n_vertices = l->problem->m.n_vertices;
+    int64_t tail = 0;
+    for (int64_t i = 0; i < n; ++i)
+        if (l->nearest[order[i]] >= 0) order[tail++] = order[i];
+    tail = spread(l, order, tail, n, false);
+    if (tail == n) return LOXO_OK;
+    uint32_t *queue = loxo_allocate(l->problem->ctx, n_vertices, sizeof *queue);
+    if (queue == NULL) return LOXO_ERR_MEMORY;
+    memcpy(queue, order, (size_t)tail * sizeof *queue);
+    (void)spread(l, queue, tail, n_vertices, true);
+    loxo_release(l->problem->ctx, queue);
+    for (int64_t v = 0; v < n_vertices; ++v)
+        if (!(l->distance[v] < HUGE_VAL)) l->nearest[v] = UNKNOWN;
+    return LOXO_OK;
 }
 
 loxo_status geodesic_label_nearest(const geodesic_problem *problem, const geodesic_seed *seeds, int64_t n_seeds,
@@ -262,7 +282,7 @@ loxo_status geodesic_label_nearest(const geodesic_problem *problem, const geodes
     if (i < n_order)
         status = loxo_fail(ctx, LOXO_ERR_STOPPED, "geodesic: stopped before the nearest sources were found");
     else
-        label_rest(&l, order, n_order);
+        status = label_rest(&l, order, n_order);
     for (int64_t v = 0; v < n; ++v)
         if (nearest[v] < 0) nearest[v] = -1;
 done:
