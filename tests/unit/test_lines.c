@@ -17,10 +17,48 @@ static double radius(const double *x) { return sqrt(x[0] * x[0] + x[1] * x[1]); 
 
 static double height(const double *x) { return x[2]; }
 
+/* Half-edges of the soup by the vertex where they start: [begin[v], begin[v + 1]). */
+typedef struct corners {
+    int64_t *begin, *halfedge;
+} corners;
+
+static corners corners_of(const surface *s)
+{
+    const int64_t n = s->soup.n_vertices, n_halfedges = 3 * s->soup.n_faces;
+    corners c = {loxo_allocate(s->ctx, n + 2, sizeof(int64_t)), loxo_allocate(s->ctx, n_halfedges, sizeof(int64_t))};
+    memset(c.begin, 0, (size_t)(n + 2) * sizeof *c.begin);
+    for (int64_t h = 0; h < n_halfedges; ++h)
+        ++c.begin[s->soup.triangle[h] + 2];
+    for (int64_t v = 0; v < n; ++v)
+        c.begin[v + 2] += c.begin[v + 1];
+    for (int64_t h = 0; h < n_halfedges; ++h)
+        c.halfedge[c.begin[s->soup.triangle[h] + 1]++] = h;
+    return c;
+}
+
+/* Whether one face has all vertices of both points. */
+static bool share_a_face(const surface *s, const corners *c, const loxo_surface_point *p, const loxo_surface_point *q)
+{
+    loxo_index first = -1;
+    for (int k = 0; k < 3 && first < 0; ++k)
+        first = p->vertex[k];
+    for (int64_t i = c->begin[first]; i < c->begin[first + 1]; ++i) {
+        const loxo_index *corner = &s->soup.triangle[c->halfedge[i] / 3 * 3];
+        bool has_all = true;
+        for (int k = 0; k < 6; ++k) {
+            const loxo_index v = k < 3 ? p->vertex[k] : q->vertex[k - 3];
+            has_all = has_all && (v < 0 || v == corner[0] || v == corner[1] || v == corner[2]);
+        }
+        if (has_all) return true;
+    }
+    return false;
+}
+
 /* What every set of lines keeps: neighbours in one face or at one edge, closed ones closed to the bit, positions that are
  * those of the points, and no point twice in a row. */
 static void check_lines(const surface *s, const loxo_polylines *l)
 {
+    const corners c = corners_of(s);
     CHECK_EQUAL(l->line_begin[0], 0);
     CHECK_EQUAL(l->line_begin[l->n_lines], l->n_points);
     for (int64_t i = 0; i < l->n_lines; ++i) {
@@ -34,8 +72,11 @@ static void check_lines(const surface *s, const loxo_polylines *l)
                     x[j] += l->point[p].weight[k] * s->soup.position[3 * l->point[p].vertex[k] + j];
             CHECK_NEAR3(x, l->position[p], 1e-14);
             if (p > begin) CHECK(memcmp(l->position[p], l->position[p - 1], sizeof x) != 0);
+            if (p > begin) CHECK(share_a_face(s, &c, &l->point[p - 1], &l->point[p]));
         }
     }
+    loxo_release(s->ctx, c.begin);
+    loxo_release(s->ctx, c.halfedge);
 }
 
 /* The polygon through chords of length e on a circle of radius r is shorter than it by (e / r)^2 / 24; the field's linear

@@ -4,6 +4,8 @@
 #include "base/allocate.h"
 #include "base/context.h"
 
+#include <float.h>
+
 void loxo_polylines_destroy(loxo_context *ctx, loxo_polylines *lines)
 {
     if (lines == NULL) return;
@@ -95,13 +97,24 @@ loxo_status line_add_vertex(line_builder *b, loxo_index v)
     return append(b, &point, k_position(b->m, v));
 }
 
+/* Points of all edges of a vertex that lie this near to it may be the same to the bit, and all but the first would be left
+ * out, with the faces between: such a point is the vertex. */
+static bool is_at_but_for_rounding(loxo_vec3 x, loxo_vec3 v)
+{
+    const double size = fmax(fmax(fabs(v.x), fabs(v.y)), fabs(v.z));
+    const double away = fmax(fmax(fabs(x.x - v.x), fabs(x.y - v.y)), fabs(x.z - v.z));
+    return away <= 4.0 * DBL_EPSILON * size;
+}
+
 loxo_status line_add_on_edge(line_builder *b, loxo_index from, loxo_index to, double t)
 {
     if (!(t > 0.0)) return line_add_vertex(b, from);
     if (!(t < 1.0)) return line_add_vertex(b, to);
-    const loxo_vec3 x = k_position(b->m, from), y = k_position(b->m, to);
+    const loxo_vec3 x = k_position(b->m, from), y = k_position(b->m, to), z = v3_axpy(x, t, v3_sub(y, x));
     const loxo_surface_point point = {{caller_vertex(b, from), caller_vertex(b, to), -1}, {1.0 - t, t, 0.0}};
-    return append(b, &point, v3_axpy(x, t, v3_sub(y, x)));
+    if (is_at_but_for_rounding(z, x)) return line_add_vertex(b, from);
+    if (is_at_but_for_rounding(z, y)) return line_add_vertex(b, to);
+    return append(b, &point, z);
 }
 
 loxo_status line_add_in_face(line_builder *b, int64_t f, const double weight[3])

@@ -19,7 +19,7 @@ loxo_status line_builder_begin(loxo_context *ctx, const loxo_mesh_view *m, line_
 /* Adds a point to the line that is being made, in the mesh's numbers; one where the last one lies is left
  * out. LOXO_OK, LOXO_ERR_MEMORY. */
 loxo_status line_add_vertex(line_builder *builder, loxo_index v);
-/* At from + t (to - from), 0 <= t <= 1; at the ends that is the vertex. */
+/* At from + t (to - from), 0 <= t <= 1; at the ends, as far as rounding tells, that is the vertex. */
 loxo_status line_add_on_edge(line_builder *builder, loxo_index from, loxo_index to, double t);
 /* Barycentric, of a face's corners; weights of 0 are no corners. */
 loxo_status line_add_in_face(line_builder *builder, int64_t f, const double weight[3]);
