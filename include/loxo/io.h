@@ -64,7 +64,8 @@ LOXO_API loxo_status loxo_read_counts(loxo_context *ctx, const char *path, const
 
 /* Reads one scalar per vertex: .npy (float or integer, 1-D), .csv or .txt (one number a line, or the last column),
  * .gii (first float array), or the named vertex property of a PLY as "file.ply:name".
- *   value      out, [n] from loxo_allocate */
+ *   value      out, [n] from loxo_allocate
+ * returns      as loxo_read_mesh; LOXO_ERR_ARGUMENT */
 LOXO_API loxo_status loxo_read_field(loxo_context *ctx, const char *path, double **value, int64_t *n);
 
 /* Reads the numbers of vertices that a file names, such as a solver's sources: a list of numbers (text; blanks, commas or
@@ -73,13 +74,15 @@ LOXO_API loxo_status loxo_read_field(loxo_context *ctx, const char *path, double
  *   n_vertices   of the mesh: the numbers must be below, and GIFTI must have as many values
  *   vertex       out, [n] from loxo_allocate, in the order of the file; repeats stay
  * returns        LOXO_OK; LOXO_ERR_READ, LOXO_ERR_MALFORMED (no vertex in it, too), LOXO_ERR_UNSUPPORTED (labels that hold
- *                coordinates only), LOXO_ERR_ARGUMENT (a number of a list out of range), LOXO_ERR_MEMORY */
+ *                coordinates only), LOXO_ERR_ARGUMENT (a number of a list out of range), LOXO_ERR_MEMORY, LOXO_ERR_LIMIT,
+ *                LOXO_ERR_STOPPED */
 LOXO_API loxo_status loxo_read_vertices(loxo_context *ctx, const char *path, int64_t n_vertices, loxo_index **vertex,
                                         int64_t *n);
 
 /* Reads points of space: .npy of shape (n, 3), or text with lines of three numbers (commas, semicolons or blanks between
- * them; a header line and # comments are fine).
- *   position   out, [n][3] from loxo_allocate, finite */
+ * them; a first line that does not begin as a number does, and # comments, are fine).
+ *   position   out, [n][3] from loxo_allocate, finite
+ * returns      as loxo_read_mesh; LOXO_ERR_MALFORMED: no point in it, too; LOXO_ERR_ARGUMENT */
 LOXO_API loxo_status loxo_read_points(loxo_context *ctx, const char *path, double **position, int64_t *n);
 
 typedef struct loxo_write_settings {

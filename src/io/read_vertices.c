@@ -11,6 +11,8 @@
 #include <stdio.h>
 #include <string.h>
 
+#define STOP_TOKENS 65536 /* between two looks at the monitor */
+
 static bool begins_with(const uint8_t *bytes, size_t n, const char *word)
 {
     const size_t n_word = strlen(word);
@@ -84,6 +86,8 @@ loxo_status loxo_read_vertex_list(loxo_context *ctx, const uint8_t *bytes, size_
             list = larger;
         }
         status = read_number(ctx, &text, token, p, n_vertices, &list[n_found]);
+        if (status >= 0 && n_found % STOP_TOKENS == 0 && loxo_stop_wanted(ctx, "read", -1.0))
+            status = loxo_fail(ctx, LOXO_ERR_STOPPED, "stopped while parsing");
         p = next_token(&text, p);
     }
     if (status < 0) {

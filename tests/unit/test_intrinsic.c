@@ -313,7 +313,6 @@ TEST(too_few_flips_leave_a_triangulation)
     CHECK(mesh->crossing == NULL && mesh->surface_next == NULL);
     check_view(mesh);
     size_t held, peak;
-    loxo_mesh_estimate_intrinsic(soup.n_vertices, 2, &settings, &held, &peak);
     loxo_mesh_estimate_intrinsic(loxo_mesh_n_vertices(surface), loxo_mesh_n_faces(surface), &settings, &held, &peak);
     CHECK_EQUAL(held, info.mesh_bytes);
     CHECK(peak >= info.peak_bytes);
