@@ -229,6 +229,69 @@ TEST(across_a_cube)
     surface_destroy(&s);
 }
 
+/* A place in one of the faces around a vertex. */
+static line_place place_near(const loxo_mesh_view *m, loxo_index v, loxo_vec3 x)
+{
+    loxo_index h = m->vertex_halfedge[v];
+    for (int i = 0; i < 20; ++i, h = line_turn(m, h, true)) {
+        const loxo_index *corner = &m->halfedge_vertex[h - h % 3];
+        const loxo_vec3 a = k_position(m, corner[0]), b = k_position(m, corner[1]), c = k_position(m, corner[2]);
+        const loxo_vec3 normal = v3_cross(v3_sub(b, a), v3_sub(c, a));
+        const double area = v3_dot(normal, normal);
+        const double weight[3] = {v3_dot(normal, v3_cross(v3_sub(c, b), v3_sub(x, b))) / area,
+                                  v3_dot(normal, v3_cross(v3_sub(a, c), v3_sub(x, c))) / area,
+                                  v3_dot(normal, v3_cross(v3_sub(b, a), v3_sub(x, a))) / area};
+        if (fabs(v3_dot(normal, v3_sub(x, a))) < 1e-12 && weight[0] >= 0.0 && weight[1] >= 0.0 && weight[2] >= 0.0)
+            return line_place_in_face(m, h / 3, weight);
+    }
+    CHECK(false);
+    return at_vertex(v);
+}
+
+/* Around a corner of the unit cube, where three squares meet, from the middle of an edge. First over two squares to the middle
+ * of the third edge: the corner sees both ends under pi, and over the third square under pi / 2. Then to (0.3, 0.6) of the second
+ * square, on the far side of its diagonal: the corner sees them under pi - 0.46, so that is a geodesic, but over the third square
+ * under pi / 2 + 0.46, which is another and shorter. Lengths by the cosine rule: sqrt(1/2), and 1/4 + 0.45 + 0.3 = 1. */
+TEST(around_a_corner_of_a_cube)
+{
+    surface s = surface_from_soup(test_context, shape_cube(test_context), LOXO_ORDER_GIVEN);
+    const loxo_mesh_view m = loxo_mesh_get_view(s.mesh);
+    line_way way = {.ctx = test_context};
+    line_straightener straightener;
+    line_straightener_begin(test_context, &m, &straightener);
+    for (loxo_index corner = 0; corner < 8; ++corner) {
+        loxo_index along[8], n = 0; /* edges of length 1 at the corner, in turn */
+        const loxo_index first = m.vertex_halfedge[corner];
+        const loxo_vec3 x = k_position(&m, corner);
+        loxo_index h = first;
+        do {
+            if (v3_norm(v3_sub(k_position(&m, k_head(&m, h)), x)) < 1.2) along[n++] = h;
+            h = line_turn(&m, h, true);
+        } while (h != first);
+        CHECK_EQUAL(n, 3);
+        for (int i = 0; i < 6; ++i) {
+            const loxo_index second = along[(i + 1) % 3], last = along[(i + 2) % 3];
+            const loxo_vec3 e = v3_sub(k_position(&m, k_head(&m, second)), x);
+            const loxo_vec3 f = v3_sub(k_position(&m, k_head(&m, last)), x);
+            const line_place on_last = {.vertex = -1, .halfedge = last, .face = -1, .t = 0.5};
+            const line_place inside = place_near(&m, corner, v3_axpy(v3_axpy(x, 0.3, e), 0.6, f));
+            const line_place end = i < 3 ? on_last : inside;
+            way.n = 0;
+            for (h = along[i % 3];; h = line_turn(&m, h, true)) { /* over diagonals, too */
+                const line_place place = {.vertex = -1, .halfedge = h, .face = -1, .t = h == along[i % 3] ? 0.5 : 0.1};
+                CHECK(h != last);
+                CHECK_OK(line_way_add(&way, &place));
+                if ((h == second || way.n > 2) && line_place_is_in(&m, &end, h / 3)) break;
+            }
+            CHECK_OK(line_way_add(&way, &end));
+            CHECK_NEAR(check_way(&straightener, &way, true), i < 3 ? sqrt(0.5) : 1.0, 1e-14);
+        }
+    }
+    line_straightener_end(&straightener);
+    line_way_destroy(&way);
+    surface_destroy(&s);
+}
+
 /* A way around a hole stays on its side, however much shorter the other one is: it goes along the rim's polygon. */
 TEST(a_way_does_not_jump_over_a_hole)
 {

@@ -6,6 +6,10 @@
  * makes the way shorter, so this ends; then it is a geodesic: it is straight over edges and bends only at vertices with
  * pi or more on both sides, and at the boundary.
  *
+ * Where a vertex has less than twice pi around it, two geodesics may pass it, one on either side. Beside a straight piece all such vertices
+ * are looked at: which side is shorter follows from the two angles under which its ends are seen. The way goes over
+ * there as long as it becomes shorter by that.
+ *
  * source  Lee, Preparata 1984 (the funnel); Xin, Wang 2007, Efficiently determining a locally exact shortest path on polyhedral
  *         surfaces; Sharp, Crane 2020, You can find geodesic paths in triangle meshes by just flipping edges */
 #include "mesh/lines/straighten.h"
@@ -22,11 +26,15 @@
 #define SNAP 1e-10
 /* What comes out may be longer than what went in by rounding only. */
 #define NO_LONGER 1e-9
-#define PI        3.14159265358979323846
+/* Another geodesic is gone over to where it is shorter by more, relative; so many times at most. */
+#define LEAST_GAIN 1e-13
+#define MOST_TRIES 32
+#define PI         3.14159265358979323846
 
 void line_straightener_begin(loxo_context *ctx, const loxo_mesh_view *m, line_straightener *s)
 {
-    *s = (line_straightener){.ctx = ctx, .m = m, .sleeve = {.ctx = ctx, .m = m}, .next = {.ctx = ctx, .m = m}};
+    *s = (line_straightener){
+        .ctx = ctx, .m = m, .sleeve = {.ctx = ctx, .m = m}, .next = {.ctx = ctx, .m = m}, .kept = {.ctx = ctx, .m = m}};
 }
 
 static void release(line_straightener *s)
@@ -45,6 +53,7 @@ void line_straightener_end(line_straightener *s)
 {
     line_sleeve_destroy(&s->sleeve);
     line_sleeve_destroy(&s->next);
+    line_sleeve_destroy(&s->kept);
     release(s);
 }
 
@@ -116,19 +125,18 @@ static k_spot spot_of(const line_straightener *s, const line_place *place, loxo_
     return spot_beside(a, b, length[0], next * length[0] + last * face.x2, last * face.y2);
 }
 
-/* The shortest way inside the sleeve, as nodes from start to end. A half-edge of the face before runs from its right to its
- * left: one goes through it from above to below. */
-static void pull(line_straightener *s)
+/* Lays the sleeve flat, with the start, and takes all that gates end at into the funnel. Returns the node of the end. A
+ * half-edge of the face before a gate runs from its right to its left: one goes through it from above to below. */
+static int64_t lay_flat(line_straightener *s)
 {
     const line_sleeve *sleeve = &s->sleeve;
     const loxo_mesh_view *m = s->m;
-    const loxo_index first = sleeve->gate[0];
+    const loxo_index first = sleeve->n > 0 ? sleeve->gate[0] : (loxo_index)(3 * sleeve->face);
     double length[3];
-    s->n_nodes = 0;
-    s->low = s->apex = s->high = sleeve->n + 3;
     (void)k_layout_at(m, first, length);
     k_spot a = {0.0, 0.0}, b = {length[0], 0.0};
     s->funnel[s->apex] = add_node(s, spot_of(s, &sleeve->start, first, a, b), -1, 0, false);
+    if (sleeve->n == 0) return add_node(s, spot_of(s, &sleeve->end, first, a, b), -1, 0, true);
     s->right[0] = add_node(s, a, m->halfedge_vertex[first], 0, false);
     s->left[0] = add_node(s, b, k_head(m, first), 0, true);
     widen(s, s->right[0], false);
@@ -149,9 +157,16 @@ static void pull(line_straightener *s)
         widen(s, id, is_left);
     }
     const loxo_index behind = m->halfedge_twin[sleeve->gate[sleeve->n - 1]];
-    const int64_t end = add_node(s, spot_of(s, &sleeve->end, behind, b, a), -1, sleeve->n, true);
+    return add_node(s, spot_of(s, &sleeve->end, behind, b, a), -1, sleeve->n, true);
+}
+
+/* The shortest way inside the sleeve, as nodes from start to end. */
+static void pull(line_straightener *s)
+{
+    s->n_nodes = s->n_path = 0;
+    s->low = s->apex = s->high = s->sleeve.n + 3;
+    const int64_t end = lay_flat(s);
     widen(s, end, true);
-    s->n_path = 0;
     for (int64_t id = end; id != 0; id = s->node[id].parent)
         s->path[s->n_path++] = id;
     s->path[s->n_path++] = 0;
@@ -160,14 +175,9 @@ static void pull(line_straightener *s)
         s->path[i] = s->path[k];
         s->path[k] = swap;
     }
-}
-
-static double tight_length(const line_straightener *s)
-{
-    double length = 0.0;
+    s->length = 0.0;
     for (int64_t i = 1; i < s->n_path; ++i)
-        length += spot_norm(spot_sub(s->node[s->path[i]].at, s->node[s->path[i - 1]].at));
-    return length;
+        s->length += spot_norm(spot_sub(s->node[s->path[i]].at, s->node[s->path[i - 1]].at));
 }
 
 /* ---- turning over vertices ----------------------------------------------------------------------------------- */
@@ -220,30 +230,161 @@ static loxo_status push_around(line_straightener *s, const line_node *bend, bool
     return status;
 }
 
+static void begin_next(line_straightener *s)
+{
+    s->next.start = s->sleeve.start;
+    s->next.end = s->sleeve.end;
+    s->next.face = s->sleeve.face;
+    s->next.n = 0;
+}
+
+/* Gates from begin to end - 1 stay. */
+static loxo_status push_gates(line_straightener *s, int64_t begin, int64_t end)
+{
+    loxo_status status = LOXO_OK;
+    for (int64_t i = begin; i < end && status >= 0; ++i)
+        status = line_sleeve_push(&s->next, s->sleeve.gate[i]);
+    return status;
+}
+
+static void take_next(line_straightener *s)
+{
+    const line_sleeve swap = s->sleeve;
+    s->sleeve = s->next;
+    s->next = swap;
+    line_sleeve_trim(&s->sleeve);
+}
+
 /* One turn over each bend that is worth it, but for those that share gates with the one before: these come next time. */
 static loxo_status turn_over(line_straightener *s, int64_t *n_turns)
 {
     loxo_status status = LOXO_OK;
     int64_t done = 0; /* gates */
-    line_sleeve *next = &s->next;
-    next->start = s->sleeve.start;
-    next->end = s->sleeve.end;
-    next->face = s->sleeve.face;
-    next->n = 0;
+    begin_next(s);
     *n_turns = 0;
     for (int64_t i = 1; i + 1 < s->n_path && status >= 0; ++i) {
         const line_node *bend = &s->node[s->path[i]];
         const passing how = bend->first < done ? PASS_AS_IT_IS : pass_of(s, i);
         if (how == PASS_AS_IT_IS) continue;
-        for (; done < bend->first && status >= 0; ++done)
-            status = line_sleeve_push(next, s->sleeve.gate[done]);
+        status = push_gates(s, done, bend->first);
         if (status >= 0) status = push_around(s, bend, bend->is_left == (how == PASS_UNWOUND));
         done = bend->last + 1;
         ++*n_turns;
     }
-    for (; done < s->sleeve.n && status >= 0; ++done)
-        status = line_sleeve_push(next, s->sleeve.gate[done]);
+    return status < 0 ? status : push_gates(s, done, s->sleeve.n);
+}
+
+/* Until nothing is turned over: a geodesic. */
+static loxo_status tighten(line_straightener *s)
+{
+    const int64_t most_rounds = 4 * s->sleeve.n + 64;
+    for (int64_t round = 0;; ++round) {
+        int64_t n_turns = 0;
+        loxo_status status = reserve(s, s->sleeve.n);
+        if (status < 0) return status;
+        pull(s);
+        if (round == most_rounds) return LOXO_OK;
+        if ((status = turn_over(s, &n_turns)) < 0 || n_turns == 0) return status;
+        take_next(s);
+        if (round % 64 == 63 && loxo_stop_wanted(s->ctx, "straighten", 0.0))
+            return loxo_fail(s->ctx, LOXO_ERR_STOPPED, "stopped while a way was straightened");
+    }
+}
+
+/* ---- other geodesics beside it ------------------------------------------------------------------------------- */
+
+/* Two geodesics pass a vertex whose angles add up to less than twice pi, one on either side; both ends of a straight piece seen
+ * from there, the shorter is on the side of the smaller angle. How much shorter that is than the present one; 0: it is not. */
+static double gain_beyond(const line_straightener *s, const line_node *node, k_spot from, k_spot to)
+{
+    const k_spot a = spot_sub(from, node->at), b = spot_sub(to, node->at);
+    const double angle = spot_angle(a, b), start_length = spot_norm(a), end_length = spot_norm(b);
+    const loxo_index start = at_bend(s, node, false);
+    double other = -angle;
+    loxo_index h = start;
+    do {
+        other += line_corner_angle(s->m, h);
+        h = line_turn(s->m, h, true);
+    } while (h >= 0 && h != start && other < angle);
+    if (h != start || !(other < angle)) return 0.0; /* the boundary; no */
+    /* c^2 = (a - b)^2 + 4 a b sin^2(angle / 2): of the difference of two c no digits are lost */
+    const double sum = sin(0.5 * (angle + other)) * sin(0.5 * (angle - other));
+    const double gap = start_length - end_length, half = sin(0.5 * other);
+    const double here = spot_norm(spot_sub(from, to));
+    const double there = sqrt(gap * gap + 4.0 * start_length * end_length * half * half);
+    return 4.0 * start_length * end_length * sum / (here + there);
+}
+
+/* Gains of all vertices that a straight piece passes; the node of the largest, or -1. */
+static int64_t find_gains(line_straightener *s)
+{
+    int64_t best = -1, i = 1;
+    for (int64_t id = 1; id + 1 < s->n_nodes; ++id) {
+        line_node *node = &s->node[id];
+        while (s->node[s->path[i]].first < node->first && i + 1 < s->n_path)
+            ++i;
+        const line_node *from = &s->node[s->path[i - 1]], *to = &s->node[s->path[i]];
+        node->gain = 0.0;
+        if (id == s->path[i] || node->last >= to->first || (i > 1 && node->first <= from->last)) continue;
+        node->gain = gain_beyond(s, node, from->at, to->at);
+        if (node->gain > LEAST_GAIN * s->length && (best < 0 || node->gain > s->node[best].gain)) best = id;
+    }
+    return best;
+}
+
+/* Passes one node beyond, or all that gain anything and share no gates. */
+static loxo_status pass_beyond(line_straightener *s, int64_t only)
+{
+    loxo_status status = LOXO_OK;
+    int64_t done = 0;
+    begin_next(s);
+    for (int64_t id = 1; id + 1 < s->n_nodes && status >= 0; ++id) {
+        const line_node *node = &s->node[id];
+        const bool is_meant = only >= 0 ? id == only : node->gain > LEAST_GAIN * s->length;
+        if (!is_meant || node->first < done) continue;
+        status = push_gates(s, done, node->first);
+        if (status >= 0) status = push_around(s, node, !node->is_left);
+        done = node->last + 1;
+    }
+    return status < 0 ? status : push_gates(s, done, s->sleeve.n);
+}
+
+/* Keeps the sleeve, or puts the kept one in its place again. */
+static loxo_status copy_sleeve(line_sleeve *to, const line_sleeve *from)
+{
+    loxo_status status = LOXO_OK;
+    to->start = from->start;
+    to->end = from->end;
+    to->face = from->face;
+    to->n = 0;
+    for (int64_t i = 0; i < from->n && status >= 0; ++i)
+        status = line_sleeve_push(to, from->gate[i]);
     return status;
+}
+
+/* From one geodesic to a shorter one on the other side of vertices, as long as that is found. */
+static loxo_status try_beside(line_straightener *s)
+{
+    loxo_status status = LOXO_OK;
+    bool is_alone = false; /* all together gained nothing: the best alone */
+    for (int tries = 0; tries < MOST_TRIES; ++tries) {
+        const double before = s->length;
+        const int64_t best = find_gains(s);
+        if (best < 0) return LOXO_OK;
+        if ((status = copy_sleeve(&s->kept, &s->sleeve)) < 0) return status;
+        if ((status = pass_beyond(s, is_alone ? best : -1)) < 0) return status;
+        take_next(s);
+        if ((status = tighten(s)) < 0) return status;
+        if (s->length < before * (1.0 - LEAST_GAIN)) {
+            is_alone = false;
+            continue;
+        }
+        if ((status = copy_sleeve(&s->sleeve, &s->kept)) < 0) return status;
+        pull(s);
+        if (is_alone) return LOXO_OK;
+        is_alone = true;
+    }
+    return LOXO_OK;
 }
 
 /* ---- the way ------------------------------------------------------------------------------------------------- */
@@ -273,27 +414,9 @@ loxo_status line_straighten(line_straightener *s, const line_way *way, line_buil
     if (way->n < 2) return line_way_build(way, builder);
     loxo_status status = line_sleeve_of_way(&s->sleeve, way);
     if (status == LOXO_ERR_ARGUMENT) return line_way_build(way, builder);
-    const double given = line_way_length(way, s->m);
-    const int64_t most_rounds = 4 * s->sleeve.n + 64;
-    for (int64_t round = 0; status >= 0; ++round) {
-        int64_t n_turns = 0;
-        line_sleeve_trim(&s->sleeve);
-        if (s->sleeve.n == 0) { /* straight across one face */
-            status = line_place_build(&s->sleeve.start, builder);
-            return status < 0 ? status : line_place_build(&s->sleeve.end, builder);
-        }
-        if ((status = reserve(s, s->sleeve.n)) < 0) return status;
-        pull(s);
-        if (round == most_rounds) break;
-        if ((status = turn_over(s, &n_turns)) < 0) return status;
-        if (n_turns == 0) break;
-        const line_sleeve swap = s->sleeve;
-        s->sleeve = s->next;
-        s->next = swap;
-        if (round % 64 == 63 && loxo_stop_wanted(s->ctx, "straighten", 0.0))
-            return loxo_fail(s->ctx, LOXO_ERR_STOPPED, "stopped while a way was straightened");
-    }
     if (status < 0) return status;
-    const double tight = tight_length(s);
-    return tight <= given * (1.0 + NO_LONGER) ? build(s, builder) : line_way_build(way, builder);
+    line_sleeve_trim(&s->sleeve);
+    if ((status = tighten(s)) < 0 || (status = try_beside(s)) < 0) return status;
+    return s->length <= line_way_length(way, s->m) * (1.0 + NO_LONGER) ? build(s, builder)
+                                                                       : line_way_build(way, builder);
 }

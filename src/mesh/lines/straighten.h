@@ -13,13 +13,15 @@ typedef struct line_node {
     bool is_left;
     int64_t first, last; /* gates that end at it */
     int64_t parent;      /* the node before it on the shortest way to it */
+    double gain;         /* by passing it on the other side */
 } line_node;
 
 /* Serves one way after the other; its memory grows with the longest. */
 typedef struct line_straightener {
     loxo_context *ctx;
     const loxo_mesh_view *m;
-    line_sleeve sleeve, next;
+    line_sleeve sleeve, next, kept;
+    double length;          /* of the way inside the sleeve */
     line_node *node;        /* [n + 3] */
     int64_t *left, *right;  /* [n] nodes at the ends of each gate */
     int64_t *funnel, *path; /* [2 n + 8], [n + 3] */
