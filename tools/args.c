@@ -280,6 +280,17 @@ static loxo_status take(const parser *p, loxo_context *ctx, int code, const char
     return take_option(t, p->command->name, ctx, state, args, text, n_text);
 }
 
+/* How many of the words name standard input as a file that is read, operands among them. */
+static int count_standard_inputs(const cli_args *args)
+{
+    int n = 0;
+    for (int i = 0; i < args->n_operands; ++i)
+        n += strcmp(args->operand[i], "-") == 0;
+    for (int i = 0; i < args->n_given; ++i)
+        n += args->given[i].flag != NULL && args->given[i].flag->reads && strcmp(args->given[i].value[0], "-") == 0;
+    return n;
+}
+
 loxo_status cli_args_parse(const cli_command *command, loxo_context *ctx, int argc, char **argv, void *state,
                            cli_args *args, char *text, size_t n_text)
 {
@@ -313,6 +324,9 @@ loxo_status cli_args_parse(const cli_command *command, loxo_context *ctx, int ar
         const bool few = args->n_operands < command->min_operands;
         (void)snprintf(text, n_text, "%s: too %s operands; usage: loxo %s %s", command->name, few ? "few" : "many",
                        command->name, command->operands);
+        status = LOXO_ERR_ARGUMENT;
+    } else if (count_standard_inputs(args) > 1) {
+        (void)snprintf(text, n_text, "%s: standard input can be read only once", command->name);
         status = LOXO_ERR_ARGUMENT;
     }
 done:

@@ -15,6 +15,7 @@ typedef struct cli_flag {
     const char *values; /* as "FILE" or "V FILE" */
     int n_values;       /* 0, 1 or 2 */
     bool repeats;       /* may be given more than once */
+    bool reads;         /* its value names a file that is read; - is standard input */
     const char *help;
 } cli_flag;
 

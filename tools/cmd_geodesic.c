@@ -266,6 +266,7 @@ static loxo_status geodesic_main(cli_run *run, void *state)
     choose_order(s, soup.n_vertices);
     if ((status = make_mesh(run, s, &soup, &mesh)) < 0) goto done;
     if ((status = cli_sources_locate(run, mesh, &sources)) < 0) goto done;
+    if ((status = cli_queries_prepare(run, mesh, &sources, &outs.queries)) < 0) goto done;
     bool is_intrinsic = cli_args_has(&run->args, "intrinsic");
     const int64_t n_solves = outs.queries.matrix_path != NULL ? sources.n + 1 : 1;
     status = cli_method_by_mesh(run, &method, mesh, n_solves, &s->geodesic, &s->intrinsic, &is_intrinsic);
@@ -304,7 +305,7 @@ static const cli_flag geodesic_flags[] = {
     {.name = "picture", .values = "FILE.png", .n_values = 1, .help = "the mesh with the distances on it"},
     {.name = "title", .values = "TEXT", .n_values = 1, .help = "over the picture"},
     {.name = "unit", .values = "TEXT", .n_values = 1, .help = "beside the picture's scale bar"},
-    {.name = "exact", .values = "FILE", .n_values = 1, .help = "compare with these distances, eq. (29)"},
+    {.name = "exact", .values = "FILE", .n_values = 1, .reads = true, .help = "compare with these distances, eq. (29)"},
     {.name = NULL},
 };
 static const cli_group geodesic_groups[] = {

@@ -79,6 +79,7 @@ static const cli_flag render_flags[] = {
     {.name = "field",
      .values = "FILE|NAME",
      .n_values = 1,
+     .reads = true,
      .help = "one number a vertex: a file, or a property of the mesh file"},
     {.name = "title", .values = "TEXT", .n_values = 1, .help = "over the picture"},
     {.name = "unit", .values = "TEXT", .n_values = 1, .help = "beside the scale bar"},

@@ -99,20 +99,35 @@ static void take_positions(const loxo_soup *soup, samples *p)
         }
 }
 
+/* Each vertex once, in the order of the words; vertex 0 where none was named. */
+static loxo_status list_starts(cli_run *run, const cli_sources *starts, loxo_index **start, int64_t *n)
+{
+    bool *is_there = loxo_allocate(run->ctx, starts->n_vertices, sizeof *is_there);
+    *n = 0;
+    *start = loxo_allocate(run->ctx, starts->n + 1, sizeof **start);
+    if (is_there != NULL && *start != NULL) {
+        memset(is_there, 0, (size_t)starts->n_vertices * sizeof *is_there);
+        for (int64_t i = 0; i < starts->n; ++i) {
+            const loxo_index v = starts->point[i].vertex[0];
+            if (!is_there[v]) (*start)[(*n)++] = v;
+            is_there[v] = true;
+        }
+        if (*n == 0) (*start)[(*n)++] = 0;
+    }
+    loxo_release(run->ctx, is_there);
+    return *n > 0 ? LOXO_OK : LOXO_ERR_MEMORY;
+}
+
 static loxo_status solve(cli_run *run, const sample_state *s, const loxo_mesh *mesh, const cli_sources *starts,
                          samples *p)
 {
     loxo_geodesic *geodesic = NULL;
     const double start_s = loxo_os_clock_s();
-    loxo_index *start = loxo_allocate(run->ctx, starts->n + 1, sizeof *start);
-    if (start == NULL) return LOXO_ERR_MEMORY;
-    start[0] = 0;
-    for (int64_t i = 0; i < starts->n; ++i)
-        start[i] = starts->point[i].vertex[0];
-    loxo_status status = loxo_geodesic_create(run->ctx, mesh, &s->geodesic, &geodesic);
-    if (status >= 0)
-        status = loxo_geodesic_farthest_points(geodesic, start, starts->n > 0 ? starts->n : 1, p->n, p->vertex,
-                                               p->radius, NULL);
+    int64_t n_start = 0;
+    loxo_index *start = NULL;
+    loxo_status status = list_starts(run, starts, &start, &n_start);
+    if (status >= 0) status = loxo_geodesic_create(run->ctx, mesh, &s->geodesic, &geodesic);
+    if (status >= 0) status = loxo_geodesic_farthest_points(geodesic, start, n_start, p->n, p->vertex, p->radius, NULL);
     loxo_geodesic_destroy(geodesic);
     loxo_release(run->ctx, start);
     if (status < 0) return status;
@@ -209,7 +224,12 @@ static const cli_flag sample_flags[] = {
      .n_values = 1,
      .repeats = true,
      .help = "vertices to start from, from 0 [0]"},
-    {.name = "sources", .values = "FILE", .n_values = 1, .repeats = true, .help = "the same from a file"},
+    {.name = "sources",
+     .values = "FILE",
+     .n_values = 1,
+     .repeats = true,
+     .reads = true,
+     .help = "the same from a file"},
     {.name = "output",
      .letter = 'o',
      .values = "FILE",

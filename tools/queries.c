@@ -39,6 +39,36 @@ static int parse_target(const char *text, int64_t *vertex, double position[3])
     return cli_parse_numbers(text, position, 3) == 3 ? 3 : 0;
 }
 
+/* All values of --level into level [MOST_LEVELS]; how many, or -1 and the failure. */
+static int64_t parse_levels(cli_run *run, double *level)
+{
+    const char *text;
+    int64_t n = 0;
+    for (int cursor = 0; (text = cli_args_next(&run->args, "level", &cursor)) != NULL;) {
+        const int n_more = cli_parse_numbers(text, level + n, (int)(MOST_LEVELS - n));
+        bool is_good = n_more > 0;
+        for (int i = 0; i < n_more; ++i)
+            is_good = is_good && level[n + i] >= 0.0;
+        if (!is_good) {
+            (void)cli_fail(run, LOXO_ERR_ARGUMENT,
+                           "geodesic: --level takes distances from 0 on with commas, %d at most, not '%.60s'",
+                           MOST_LEVELS, text);
+            return -1;
+        }
+        n += n_more;
+    }
+    return n;
+}
+
+static loxo_status check_levels(cli_run *run)
+{
+    double *level = loxo_allocate(run->ctx, MOST_LEVELS, sizeof *level);
+    if (level == NULL) return LOXO_ERR_MEMORY;
+    const int64_t n = parse_levels(run, level);
+    loxo_release(run->ctx, level);
+    return n < 0 ? LOXO_ERR_ARGUMENT : LOXO_OK;
+}
+
 loxo_status cli_queries_check(cli_run *run, cli_queries *queries)
 {
     static const char *const fields[MOST_FIELDS_N] = {".npy", ".csv", ".gii"};
@@ -53,14 +83,7 @@ loxo_status cli_queries_check(cli_run *run, cli_queries *queries)
     if ((status = check_file(run, "lines-output", lines, &queries->lines_path)) < 0) return status;
     if ((status = check_file(run, "path-output", lines, &queries->path_path)) < 0) return status;
     if ((status = check_file(run, "matrix", matrices, &queries->matrix_path)) < 0) return status;
-    for (int cursor = 0; (text = cli_args_next(args, "level", &cursor)) != NULL;) {
-        double *level = loxo_allocate(run->ctx, MOST_LEVELS, sizeof *level);
-        if (level == NULL) return LOXO_ERR_MEMORY;
-        const int n = cli_parse_numbers(text, level, MOST_LEVELS);
-        loxo_release(run->ctx, level);
-        if (n < 1)
-            return cli_fail(run, LOXO_ERR_ARGUMENT, "geodesic: --level takes numbers with commas, not '%s'", text);
-    }
+    if ((status = check_levels(run)) < 0) return status;
     if (cli_args_has(args, "level") && queries->lines_path == NULL)
         return cli_fail(run, LOXO_ERR_ARGUMENT, "geodesic: --level is for --lines-output");
     for (int cursor = 0; (text = cli_args_next(args, "path", &cursor)) != NULL;)
@@ -79,6 +102,54 @@ bool cli_queries_any(const cli_run *run)
     return false;
 }
 
+/* ---- before the solve ---------------------------------------------------------------------------------------- */
+
+static loxo_status list_levels(cli_run *run, cli_queries *queries)
+{
+    queries->level = loxo_allocate(run->ctx, MOST_LEVELS, sizeof *queries->level);
+    if (queries->level == NULL) return LOXO_ERR_MEMORY;
+    queries->n_levels = parse_levels(run, queries->level);
+    return queries->n_levels < 0 ? LOXO_ERR_ARGUMENT : LOXO_OK;
+}
+
+static loxo_status list_targets(cli_run *run, const loxo_mesh *surface, cli_queries *queries)
+{
+    const int64_t n_vertices = loxo_mesh_n_vertices(surface);
+    const char *text;
+    int64_t n = 0;
+    for (int cursor = 0; cli_args_next(&run->args, "path", &cursor) != NULL;)
+        ++n;
+    if (n == 0) return LOXO_OK;
+    queries->target = loxo_allocate(run->ctx, n, sizeof *queries->target);
+    if (queries->target == NULL) return LOXO_ERR_MEMORY;
+    for (int cursor = 0; (text = cli_args_next(&run->args, "path", &cursor)) != NULL;) {
+        loxo_surface_point *target = &queries->target[queries->n_targets++];
+        double position[1][3];
+        int64_t vertex = -1;
+        loxo_status status = LOXO_OK;
+        if (parse_target(text, &vertex, position[0]) == 3)
+            status = loxo_mesh_nearest_points(surface, 1, (const double(*)[3])position, target, NULL);
+        else if (vertex < 0 || vertex >= n_vertices)
+            status = cli_fail(run, LOXO_ERR_ARGUMENT, "geodesic: --path %s is not in 0..%lld", text,
+                              (long long)n_vertices - 1);
+        else
+            *target = (loxo_surface_point){{(loxo_index)vertex, -1, -1}, {1.0, 0.0, 0.0}};
+        if (status < 0) return status;
+    }
+    return LOXO_OK;
+}
+
+loxo_status cli_queries_prepare(cli_run *run, const loxo_mesh *surface, const cli_sources *sources,
+                                cli_queries *queries)
+{
+    loxo_status status = queries->lines_path != NULL ? list_levels(run, queries) : LOXO_OK;
+    if (status >= 0) status = list_targets(run, surface, queries);
+    if (status < 0 || queries->matrix_path == NULL) return status;
+    queries->n_matrix = sources->n;
+    queries->matrix = loxo_allocate(run->ctx, sources->n * sources->n, sizeof *queries->matrix);
+    return queries->matrix != NULL ? LOXO_OK : LOXO_ERR_MEMORY;
+}
+
 /* ---- nearest sources ----------------------------------------------------------------------------------------- */
 
 static loxo_status ask_nearest(cli_run *run, const loxo_geodesic *geodesic, int64_t n, cli_queries *queries)
@@ -95,32 +166,33 @@ static loxo_status ask_nearest(cli_run *run, const loxo_geodesic *geodesic, int6
 
 /* ---- isolines ------------------------------------------------------------------------------------------------ */
 
-/* All --level values, or N_DEFAULT that cut the way to the farthest vertex evenly; [*n] from loxo_allocate. */
-static loxo_status list_levels(cli_run *run, double farthest, double **level, int64_t *n)
+/* Levels that cut no face make no line: where they were asked for, that is worth a warning. */
+static void warn_of_empty_levels(cli_run *run, const cli_queries *queries)
 {
-    const char *text;
-    *n = 0;
-    *level = loxo_allocate(run->ctx, MOST_LEVELS, sizeof **level);
-    if (*level == NULL) return LOXO_ERR_MEMORY;
-    for (int cursor = 0; (text = cli_args_next(&run->args, "level", &cursor)) != NULL;) {
-        const int n_more = cli_parse_numbers(text, *level + *n, (int)(MOST_LEVELS - *n));
-        if (n_more < 0) return cli_fail(run, LOXO_ERR_LIMIT, "geodesic: more than %d levels", MOST_LEVELS);
-        *n += n_more;
+    int64_t n_empty = 0;
+    for (int64_t i = 0; i < queries->n_levels; ++i) {
+        bool is_cut = false;
+        for (int64_t k = 0; k < queries->isolines.n_lines && !is_cut; ++k)
+            is_cut = queries->isolines.value[k] == queries->level[i];
+        n_empty += !is_cut;
     }
-    for (; !cli_args_has(&run->args, "level") && *n < N_DEFAULT; ++*n)
-        (*level)[*n] = farthest * (double)(*n + 1) / (double)(N_DEFAULT + 1);
-    return LOXO_OK;
+    if (n_empty > 0)
+        cli_warn(run, n_empty, "%lld of %lld levels meet no face", (long long)n_empty, (long long)queries->n_levels);
 }
 
 static loxo_status ask_isolines(cli_run *run, const loxo_mesh *surface, const double *distance, double farthest,
                                 cli_queries *queries)
 {
-    double *level = NULL, length = 0.0;
-    int64_t n = 0, n_closed = 0;
-    loxo_status status = list_levels(run, farthest, &level, &n);
-    if (status >= 0) status = loxo_isolines(run->ctx, surface, distance, level, n, &queries->isolines);
-    loxo_release(run->ctx, level);
+    const bool is_given = queries->n_levels > 0;
+    double length = 0.0;
+    int64_t n_closed = 0;
+    for (; !is_given && queries->n_levels < N_DEFAULT;
+         ++queries->n_levels) /* they cut the way to the farthest evenly */
+        queries->level[queries->n_levels] = farthest * (double)(queries->n_levels + 1) / (double)(N_DEFAULT + 1);
+    const int64_t n = queries->n_levels;
+    const loxo_status status = loxo_isolines(run->ctx, surface, distance, queries->level, n, &queries->isolines);
     if (status < 0) return status;
+    if (is_given) warn_of_empty_levels(run, queries);
     json_t *list = json_put_array(run->report.json, "isolines");
     for (int64_t i = 0; i < queries->isolines.n_lines; ++i) {
         const double own = loxo_polyline_length(&queries->isolines, i);
@@ -139,33 +211,18 @@ static loxo_status ask_isolines(cli_run *run, const loxo_mesh *surface, const do
 
 /* ---- paths --------------------------------------------------------------------------------------------------- */
 
-static loxo_status list_targets(cli_run *run, const loxo_mesh *surface, loxo_surface_point *target)
+/* Names the first target that no source reaches. */
+static loxo_status check_reached(cli_run *run, const double *distance, const cli_queries *queries)
 {
-    const int64_t n_vertices = loxo_mesh_n_vertices(surface);
     const char *text;
     int64_t i = 0;
-    for (int cursor = 0; (text = cli_args_next(&run->args, "path", &cursor)) != NULL; ++i) {
-        double position[1][3];
-        int64_t vertex = -1;
-        loxo_status status = LOXO_OK;
-        if (parse_target(text, &vertex, position[0]) == 3)
-            status = loxo_mesh_nearest_points(surface, 1, (const double(*)[3])position, &target[i], NULL);
-        else if (vertex < 0 || vertex >= n_vertices)
-            status = cli_fail(run, LOXO_ERR_ARGUMENT, "geodesic: --path %s is not in 0..%lld", text,
-                              (long long)n_vertices - 1);
-        else
-            target[i] = (loxo_surface_point){{(loxo_index)vertex, -1, -1}, {1.0, 0.0, 0.0}};
-        if (status < 0) return status;
-    }
+    for (int cursor = 0; (text = cli_args_next(&run->args, "path", &cursor)) != NULL; ++i)
+        for (int k = 0; k < 3; ++k) {
+            const loxo_index v = queries->target[i].vertex[k];
+            if (v >= 0 && isinf(distance[v]))
+                return cli_fail(run, LOXO_ERR_ARGUMENT, "geodesic: --path %s is not reached from the sources", text);
+        }
     return LOXO_OK;
-}
-
-static int64_t count_targets(const cli_run *run)
-{
-    int64_t n = 0;
-    for (int cursor = 0; cli_args_next(&run->args, "path", &cursor) != NULL;)
-        ++n;
-    return n;
 }
 
 static void tell_paths(cli_run *run, const loxo_polylines *paths)
@@ -189,15 +246,13 @@ static void tell_paths(cli_run *run, const loxo_polylines *paths)
 static loxo_status ask_paths(cli_run *run, loxo_geodesic *geodesic, const loxo_mesh *surface,
                              const cli_sources *sources, const double *distance, cli_queries *queries)
 {
-    const int64_t n = count_targets(run);
-    loxo_surface_point *target = loxo_allocate(run->ctx, n, sizeof *target);
-    if (target == NULL) return LOXO_ERR_MEMORY;
-    loxo_status status = list_targets(run, surface, target);
+    const loxo_surface_point *target = queries->target;
+    const int64_t n = queries->n_targets;
+    loxo_status status = check_reached(run, distance, queries);
     if (status >= 0) status = loxo_geodesic_paths(geodesic, target, n, &queries->paths);
     if (status == LOXO_ERR_UNSUPPORTED) /* of an intrinsic triangulation */
         status =
             loxo_geodesic_trace(run->ctx, surface, distance, sources->point, sources->n, target, n, &queries->paths);
-    loxo_release(run->ctx, target);
     if (status >= 0) tell_paths(run, &queries->paths);
     return status;
 }
@@ -206,14 +261,12 @@ static loxo_status ask_paths(cli_run *run, loxo_geodesic *geodesic, const loxo_m
 
 static loxo_status ask_matrix(cli_run *run, loxo_geodesic *geodesic, const cli_sources *sources, cli_queries *queries)
 {
-    const int64_t n = sources->n;
+    const int64_t n = queries->n_matrix;
     const double start_s = loxo_os_clock_s();
     double asymmetry = 0.0, largest = 0.0;
-    queries->matrix = loxo_allocate(run->ctx, n * n, sizeof *queries->matrix);
-    if (queries->matrix == NULL) return LOXO_ERR_MEMORY;
     const loxo_status status = loxo_geodesic_matrix(geodesic, sources->point, n, queries->matrix);
     if (status < 0) return status;
-    queries->n_matrix = n;
+    queries->is_matrix_there = true;
     for (int64_t i = 0; i < n; ++i)
         for (int64_t j = 0; j < i; ++j) {
             const double a = queries->matrix[i * n + j], b = queries->matrix[j * n + i];
@@ -262,7 +315,7 @@ loxo_status cli_queries_write(cli_run *run, const loxo_mesh *surface, const cli_
         status = loxo_write_polylines(run->ctx, queries->path_path, &queries->paths);
         if (status >= 0) cli_wrote(run, queries->path_path);
     }
-    if (status >= 0 && queries->matrix != NULL) {
+    if (status >= 0 && queries->is_matrix_there) {
         status =
             loxo_write_matrix(run->ctx, queries->matrix_path, queries->matrix, queries->n_matrix, queries->n_matrix);
         if (status >= 0) cli_wrote(run, queries->matrix_path);
@@ -274,6 +327,8 @@ void cli_queries_destroy(cli_run *run, cli_queries *queries)
 {
     loxo_release(run->ctx, queries->nearest);
     loxo_release(run->ctx, queries->matrix);
+    loxo_release(run->ctx, queries->level);
+    loxo_release(run->ctx, queries->target);
     loxo_polylines_destroy(run->ctx, &queries->isolines);
     loxo_polylines_destroy(run->ctx, &queries->paths);
     *queries = (cli_queries){0};

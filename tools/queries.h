@@ -10,6 +10,11 @@ typedef struct cli_queries {
     double *nearest;                                                 /* [n_vertices] */
     double *matrix;                                                  /* [n_matrix][n_matrix] */
     int64_t n_matrix;
+    bool is_matrix_there; /* it was filled */
+    double *level;        /* [n_levels] of --level, or evenly spaced ones */
+    int64_t n_levels;
+    loxo_surface_point *target; /* [n_targets] of --path */
+    int64_t n_targets;
     loxo_polylines isolines, paths;
 } cli_queries;
 
@@ -36,6 +41,9 @@ typedef struct cli_queries {
 
 /* Before anything is read: whether words and files can be what they must; announces the files. */
 loxo_status cli_queries_check(cli_run *run, cli_queries *queries);
+/* Before the solve: lists the levels, finds the targets of --path, takes the room for the matrix. */
+loxo_status cli_queries_prepare(cli_run *run, const loxo_mesh *surface, const cli_sources *sources,
+                                cli_queries *queries);
 /* Whether anything is asked that is written or told. */
 bool cli_queries_any(const cli_run *run);
 /* After a solve: finds what is asked and tells it. surface: the mesh itself, where the solver has an intrinsic

@@ -25,6 +25,7 @@ typedef struct cli_sources {
          .values = "FILE",                                                                                             \
          .n_values = 1,                                                                                                \
          .repeats = true,                                                                                              \
+         .reads = true,                                                                                                \
          .help = "the same from a text file, a FreeSurfer .label, or GIFTI: nonzero, or FILE.gii:KEY"},                \
         {.name = "source-point",                                                                                       \
          .values = "X,Y,Z",                                                                                            \
@@ -32,7 +33,7 @@ typedef struct cli_sources {
          .repeats = true,                                                                                              \
          .help = "the point of the surface nearest to a point"},                                                       \
     {                                                                                                                  \
-        .name = "source-points", .values = "FILE", .n_values = 1, .repeats = true,                                     \
+        .name = "source-points", .values = "FILE", .n_values = 1, .repeats = true, .reads = true,                      \
         .help = "the same for each row of a .csv or .npy file"                                                         \
     }
 

@@ -336,14 +336,30 @@ def geodesic_queries_that_are_wrong():
     for words, code, text in (
             (["--path", "x"], 2, "--path takes a vertex number or x,y,z"), (["--path", "1,2"], 2, "--path takes"),
             (["--path", "6"], 2, "--path 6 is not in 0..5"), (["--level", "1"], 2, "--level is for --lines-output"),
-            (["--lines-output", "l.csv", "--level", "a"], 2, "--level takes numbers"),
+            (["--lines-output", "l.csv", "--level", "a"], 2, "--level takes distances"),
+            (["--lines-output", "l.csv", "--level", "0.5,-1"], 2, "--level takes distances from 0 on"),
+            (["--lines-output", "l.csv", "--level", ",".join(["1"] * 10001)], 2, "--level takes .* 10000 at most"),
+            (["--sources", "-", "--exact", "-"], 2, "standard input can be read only once"),
             (["--lines-output", "l.ply"], 5, "--lines-output writes .obj, .vtp, .csv"),
             (["--nearest-output", "n.obj"], 5, "--nearest-output writes"), (["--matrix", "m.obj"], 5, "--matrix writes"),
             (["--path-output", "w.obj"], 2, "--path-output needs a --path"),
             (["--path", "1", "--path-output", "nowhere/w.obj"], 9, "nowhere"),
             (["--max-distance", "0"], 2, "max-distance"), (["--max-distance", "nan"], 2, "max-distance")):
         loxo("geodesic", mesh, "-s", "0", "-o", "d.npy", *words).fails(code, text)
+    two = off("two.off", [(0, 0, 0), (1, 0, 0), (0, 1, 0), (5, 0, 0), (6, 0, 0), (5, 1, 0)], [(0, 1, 2), (3, 4, 5)])
+    for target in ("5", "5.2,0.1,0"):
+        loxo("geodesic", two, "-s", "0", "-o", "d.npy", "--path", target).fails(
+            2, f"--path {target} is not reached from the sources")
     assert "d.npy" not in files()
+    loxo("geodesic", "-", "--sources", "-", "-o", "d.npy").fails(2, "geodesic: standard input can be read only once")
+    loxo("measure", "-", "-").fails(2, "standard input can be read only once")
+
+
+@test
+def levels_that_cut_nothing():
+    r = loxo("geodesic", octahedron(), "-s", "0", "--lines-output", "l.csv", "--level", "0.5,99", "--json", "-")
+    r.is_code(0).has_err(r"octahedron\.off: warning: 1 of 2 levels meet no face$")
+    assert {line["level"] for line in r.json["isolines"]} == {0.5}
 
 
 @test
@@ -360,6 +376,8 @@ def sample_of_a_sphere():
     assert read("a.npy") == read("b.npy") and abs(max(npy("a.npy")) - radius[-1]) < 0.1
     loxo("sample", mesh, "--count", "3", "-s", "7,8", "-o", "q.txt").is_code(0)
     assert [int(x) for x in read("q.txt").split()][:2] == [7, 8]
+    loxo("sample", mesh, "--count", "4", "-s", "7,8,7", "-s", "8", "-o", "q.txt").is_code(0)
+    assert [int(x) for x in read("q.txt").split()][:2] == [7, 8] and len(set(read("q.txt").split())) == 4
     loxo("sample", mesh, "-o", "q.txt").fails(2, "--count N")
     loxo("sample", mesh, "--count", "0", "-o", "q.txt").fails(2, "--count N")
     loxo("sample", mesh, "--count", "5").fails(2, "no output")
