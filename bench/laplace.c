@@ -40,6 +40,13 @@ static loxo_status measure(bench *b, bench_table *table, const char *name, const
             bench_table_row(table, "%s|-|%s|%d|did not end (exit %d)", name, solver, n_threads, b->child_exit);
             return LOXO_OK;
         }
+        if (bench_number(result, "needs_bytes") > 0.0) {
+            bench_table_row(table, "%s|%.0f|%s|%d|out of memory, %.0f bytes predicted", name,
+                            bench_number(result, "n_vertices"), solver, n_threads, bench_number(result, "needs_bytes"));
+            bench_record(b, "laplace", json_pack("{s:s, s:s, s:O}", "mesh", name, "solver", solver, "last", result));
+            json_decref(result);
+            return LOXO_OK;
+        }
         setup[k] = bench_number(result, "setup_s");
         solve[k] = bench_number(result, "solve_s");
     }

@@ -103,11 +103,17 @@ static double residual_of(bench *b, const loxo_csr *a, const double *right, cons
 static loxo_status run(bench *b, const char *solver, loxo_csr *a, double matrix_s)
 {
     const int64_t n = a->n_rows;
-    double *right = loxo_allocate(b->ctx, n, sizeof *right), *x = loxo_allocate(b->ctx, n, sizeof *x);
-    double *work = loxo_allocate(b->ctx, n, sizeof *work), mean = 0.0;
+    double *right, *x, *work, mean = 0.0;
     uint64_t state = 7;
     laplace_result result = {0};
     const bool is_own = strcmp(solver, "multigrid") == 0 || strcmp(solver, "diagonal") == 0;
+    const loxo_memory memory = loxo_context_memory(b->ctx);
+    if (strcmp(solver, "cholesky") == 0 && memory.current_bytes + loxo_cholesky_guess_bytes(n) > memory.limit_bytes)
+        return bench_print_json(b, json_pack("{s:I, s:I}", "n_vertices", (json_int_t)n, "needs_bytes",
+                                             (json_int_t)loxo_cholesky_guess_bytes(n)));
+    right = loxo_allocate(b->ctx, n, sizeof *right);
+    x = loxo_allocate(b->ctx, n, sizeof *x);
+    work = loxo_allocate(b->ctx, n, sizeof *work);
     loxo_status status = right == NULL || x == NULL || work == NULL ? LOXO_ERR_MEMORY : LOXO_OK;
     if (status < 0) goto done;
     for (int64_t i = 0; i < n; ++i) {

@@ -57,16 +57,30 @@ size_t loxo_cg_bytes(int64_t n_rows)
 
 int64_t loxo_cg_n_singular(const loxo_cg *cg) { return cg->n_singular; }
 
+static bool has_excess(const loxo_cg *cg)
+{
+    const loxo_csr *a = cg->a;
+    bool is_any = false;
+#pragma omp parallel num_threads(loxo_threads_for(cg->ctx, a->n_rows, NS_A_ROW)) reduction(|| : is_any)
+    {
+        const loxo_range r = loxo_csr_share(a, loxo_thread_id(), loxo_thread_count());
+        for (int64_t i = r.begin; i < r.end && !is_any; ++i)
+            is_any = loxo_csr_excess(a, i) != 0.0;
+    }
+    return is_any;
+}
+
 /* Sets whose rows sum to zero within rounding have constants as their null space. */
 static void find_singular(loxo_cg *cg)
 {
     const loxo_csr *a = cg->a;
     for (int64_t s = 0; s < cg->n_sets; ++s)
         cg->set_size[s] = cg->set_mean[s] = 0.0;
-    for (int64_t i = 0; i < a->n_rows; ++i) {
+    for (int64_t i = 0; i < a->n_rows; ++i)
         cg->set_size[cg->label[i]] += 1.0;
-        if (loxo_csr_excess(a, i) != 0.0) cg->set_mean[cg->label[i]] = 1.0; /* not singular */
-    }
+    if (has_excess(cg))
+        for (int64_t i = 0; i < a->n_rows; ++i)
+            if (loxo_csr_excess(a, i) != 0.0) cg->set_mean[cg->label[i]] = 1.0; /* not singular */
     for (int64_t s = 0; s < cg->n_sets; ++s) {
         if (cg->set_mean[s] != 0.0) cg->set_size[s] = 0.0;
         cg->n_singular += cg->set_size[s] > 0.0;

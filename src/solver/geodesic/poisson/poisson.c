@@ -7,7 +7,6 @@
 #include "solver/geodesic/poisson/poisson_internal.h"
 
 #include <inttypes.h>
-#include <math.h>
 
 void poisson_clock(poisson *p, loxo_geodesic_phase phase, loxo_geodesic_info *info)
 {
@@ -112,11 +111,8 @@ static loxo_status poisson_solve(void *state, const geodesic_seed *seeds, int64_
     return judge(p, of_solve, info);
 }
 
-/* Entries a row of a factor of a Laplacian, those of bumpy spheres: 71 at 1e4 vertices, 96 at 2.5e5. */
-static double factor_entries(double n) { return n > 100.0 ? 5.5 * log2(n) - 2.5 : 0.5 * n; }
-
 /* While the last factor is made: a matrix of ours, CHOLMOD's half of it twice; and the pages of its libraries. */
-#define WHILE_FACTORING 200.0
+#define WHILE_FACTORING 200
 #define LIBRARY_BYTES   3000000
 
 /* Of a hierarchy, a vertex: 92 on even triangles, up to 125 on obtuse ones. */
@@ -127,10 +123,9 @@ static size_t poisson_bytes(const geodesic_problem *problem)
     const int64_t n = problem->m.n_vertices, n_faces = problem->m.n_faces;
     size_t bytes = (size_t)n * 8 + (problem->settings.method == LOXO_GEODESIC_VARIATIONAL ? (size_t)n_faces * 16 : 0);
     if (problem->settings.factor == LOXO_FACTOR_CHOLESKY) {
-        const int n_factors = problem->n_boundary_edges > 0 ? 3 : 2;
-        const double of_factors = n_factors * (96.0 + 8.0 * factor_entries((double)n));
-        return bytes + (size_t)n * 12 + (size_t)n_faces * 24 + (size_t)((double)n * (of_factors + WHILE_FACTORING)) +
-               LIBRARY_BYTES;
+        const size_t n_factors = problem->n_boundary_edges > 0 ? 3 : 2;
+        return bytes + (size_t)n * (12 + WHILE_FACTORING) + (size_t)n_faces * 24 +
+               n_factors * loxo_cholesky_guess_bytes(n) + LIBRARY_BYTES;
     }
     geodesic_problem marching = *problem;
     marching.settings.method = LOXO_GEODESIC_EDGE;
