@@ -72,8 +72,7 @@ static loxo_status make_back(exact_state *s)
         }
         s->back = back;
     }
-    if (s->back_distance == NULL) s->back_distance = loxo_allocate(s->ctx, s->m.n_vertices, sizeof *s->back_distance);
-    return s->back_distance == NULL ? LOXO_ERR_MEMORY : LOXO_OK;
+    return LOXO_OK;
 }
 
 static loxo_status put_stop(const exact_state *s, const exact_stop *stop, const geodesic_seed *goal,
@@ -124,15 +123,18 @@ static loxo_status trace_point(exact_state *s, const geodesic_seed *from, exact_
     back->goals = s->seeds;
     back->n_goals = n_inside;
     const double bound = bound_of(s, from);
-    status = exact_run(back, from, 1, bound + K_WINDOW_SLACK * bound, s->back_distance, &is_stopped);
+    status = exact_run(back, from, 1, bound + K_WINDOW_SLACK * bound, &is_stopped);
     if (status < 0) return status;
     if (is_stopped) return loxo_fail(s->ctx, LOXO_ERR_STOPPED, "geodesic: stopped while ways were traced");
     meet_goals_beside(back, from);
 
     double best = HUGE_VAL;
     loxo_index vertex = -1;
-    for (int64_t v = 0; v < s->m.n_vertices; ++v) {
-        const double sum = s->back_distance[v] + s->distance[v];
+    int64_t n;
+    const loxo_index *touched = exact_touched(back, &n);
+    for (int64_t i = 0; i < n; ++i) {
+        const int64_t v = touched != NULL ? touched[i] : i;
+        const double sum = back->distance[v] + s->distance[v];
         if (sum < best) {
             best = sum;
             vertex = (loxo_index)v;

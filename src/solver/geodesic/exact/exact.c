@@ -1,13 +1,15 @@
 /* SPDX-License-Identifier: MIT
- * Exact polyhedral distances: the engine. Windows and bending vertices leave one queue in an order near that of
- * distance; any order would give the same distances. */
+ * Exact polyhedral distances: the engine. Windows and bending vertices go on in an order near that of distance; any order
+ * would give the same distances. */
 #include "base/allocate.h"
 #include "base/os.h"
 #include "par/range.h"
 #include "solver/geodesic/exact/exact_internal.h"
 
-/* How often the monitor is asked, in lists and vertices. */
-#define LOOK_UP_EVERY 1024
+#include <stdlib.h>
+
+/* Of the band of keys that a round takes, in mean edge lengths: as many windows as from a queue that gives the nearest. */
+#define WIDTH 1.0
 
 static void lay_out(exact_state *s)
 {
@@ -15,6 +17,7 @@ static void lay_out(exact_state *s)
     s->list = loxo_arena_take(arena, 3 * s->m.n_faces, sizeof *s->list);
     s->reach = loxo_arena_take(arena, s->m.n_vertices, sizeof *s->reach);
     s->known = loxo_arena_take(arena, s->m.n_vertices, sizeof *s->known);
+    s->distance = loxo_arena_take(arena, s->m.n_vertices, sizeof *s->distance);
 }
 
 /* The front is what it is; on scans it was at most 70 windows per square root of the number of vertices, in blocks that are half
@@ -35,10 +38,12 @@ void exact_destroy(void *state)
     if (s == NULL) return;
     loxo_context *ctx = s->problem->ctx;
     exact_destroy(s->back); /* which has none itself */
-    loxo_release(ctx, s->back_distance);
     exact_pool_destroy(ctx, &s->pool);
-    exact_queue_destroy(ctx, &s->queue);
-    exact_work_destroy(ctx, &s->work);
+    for (int i = 0; i < s->n_workers; ++i)
+        exact_worker_destroy(ctx, &s->worker[i]);
+    loxo_release(ctx, s->worker);
+    loxo_release(ctx, s->task);
+    loxo_release(ctx, s->touched);
     loxo_arena_destroy(ctx, &s->arena);
     loxo_release(ctx, s);
 }
@@ -53,10 +58,9 @@ static void forget_front(exact_state *s)
         for (int64_t h = r.begin; h < r.end; ++h)
             s->list[h] = EXACT_NONE;
         for (int64_t v = q.begin; v < q.end; ++v)
-            s->known[v] = (uint8_t)(s->known[v] & ~EXACT_QUEUED);
+            s->known[v] = (uint8_t)(s->known[v] & ~(EXACT_QUEUED | EXACT_LOCKED));
     }
-    exact_queue_clear(&s->queue);
-    exact_pool_clear(&s->pool);
+    exact_clear_workers(s);
 }
 
 loxo_status exact_create(const geodesic_problem *problem, void **state)
@@ -66,47 +70,112 @@ loxo_status exact_create(const geodesic_problem *problem, void **state)
     *state = s;
     if (s == NULL) return LOXO_ERR_MEMORY;
     *s = (exact_state){.ctx = ctx, .problem = problem, .m = problem->m};
-    s->key_scale = 1.0 / problem->mean_edge_length;
+    s->width = WIDTH * problem->mean_edge_length;
+    s->n_touched = -1;
     lay_out(s);
     const loxo_status status = loxo_arena_reserve(ctx, &s->arena, "geodesic: the workspace");
     if (status < 0) return status;
     lay_out(s);
+    const int n_workers = loxo_context_n_threads(ctx);
+    if ((s->worker = loxo_allocate_zero(ctx, n_workers, sizeof *s->worker)) == NULL) return LOXO_ERR_MEMORY;
+    s->n_workers = n_workers;
     for (int64_t v = 0; v < s->m.n_vertices; ++v)
         s->known[v] = 0;
     forget_front(s);
     return LOXO_OK;
 }
 
-/* Until nothing is on its way. */
-static loxo_status propagate(exact_state *s, bool *is_stopped)
+static int compare_indices(const void *a, const void *b)
 {
-    const uint32_t first_vertex = (uint32_t)(3 * s->m.n_faces);
-    int64_t n_taken = 0;
-    loxo_status status = LOXO_OK;
-    while (s->queue.n > 0 && status >= 0) {
-        const uint32_t item = exact_queue_pop(&s->queue);
-        if (item < first_vertex) {
-            status = exact_pass_on(s, (loxo_index)item);
-        } else if (s->known[item - first_vertex] & EXACT_QUEUED) {
-            const loxo_index vertex = (loxo_index)(item - first_vertex);
-            s->known[vertex] = (uint8_t)(s->known[vertex] & ~EXACT_QUEUED);
-            if (!(s->distance[vertex] > s->max_distance)) status = exact_send_from_vertex(s, vertex);
-        }
-        if (++n_taken % LOOK_UP_EVERY == 0 &&
-            loxo_stop_wanted(s->ctx, "windows", (double)s->n_reached / (double)s->m.n_vertices)) {
-            *is_stopped = true;
-            break;
+    const loxo_index x = *(const loxo_index *)a, y = *(const loxo_index *)b;
+    return (x > y) - (x < y);
+}
+
+/* Puts v into the list if it was reached and is not in it. */
+static void touch(exact_state *s, loxo_index v)
+{
+    if (s->distance[v] == HUGE_VAL || (s->known[v] & EXACT_LISTED) != 0 || s->n_touched == s->touched_room) return;
+    s->known[v] |= EXACT_LISTED;
+    s->touched[s->n_touched++] = v;
+}
+
+/* After a solve within a small ball: the list of what it reached. Who passes windows on has offered a distance to all corners
+ * of the face, so that goes from neighbour to neighbour. */
+static loxo_status list_touched(exact_state *s)
+{
+    const loxo_mesh_view *m = &s->m;
+    if (s->n_reached > m->n_vertices / 8) return LOXO_OK; /* a pass over all vertices costs as little */
+    if (s->n_reached > s->touched_room) {
+        const int64_t room = s->n_reached + s->n_reached / 2;
+        loxo_index *touched = loxo_reallocate(s->ctx, s->touched, room, sizeof *touched);
+        if (touched == NULL) return LOXO_ERR_MEMORY;
+        s->touched = touched;
+        s->touched_room = room;
+    }
+    s->n_touched = 0;
+    for (int64_t i = 0; i < s->n_seeds; ++i)
+        for (int k = 0; k < 3; ++k)
+            touch(s, m->halfedge_vertex[(int64_t)3 * s->seeds[i].face + k]);
+    for (int64_t i = 0; i < s->n_touched; ++i) {
+        const loxo_index first = m->vertex_halfedge[s->touched[i]];
+        loxo_index h = first;
+        do {
+            touch(s, k_head(m, h));
+            touch(s, m->halfedge_vertex[k_previous(h)]);
+            h = m->halfedge_twin[k_previous(h)];
+        } while (h >= 0 && h != first);
+    }
+    for (int64_t i = 0; i < s->n_touched; ++i)
+        s->known[s->touched[i]] = (uint8_t)(s->known[s->touched[i]] & ~EXACT_LISTED);
+    if (s->n_touched == s->n_reached)
+        qsort(s->touched, (size_t)s->n_touched, sizeof *s->touched, compare_indices);
+    else
+        s->n_touched = -1;
+    return LOXO_OK;
+}
+
+const loxo_index *exact_touched(void *state, int64_t *n)
+{
+    const exact_state *s = state;
+    *n = s->n_touched >= 0 ? s->n_touched : s->m.n_vertices;
+    return s->n_touched >= 0 ? s->touched : NULL;
+}
+
+/* What the last solve has left of distances. */
+static void forget_distances(exact_state *s)
+{
+    int64_t n;
+    const loxo_index *touched = exact_touched(s, &n);
+#pragma omp parallel num_threads(loxo_threads_for(s->ctx, n, 0.5))
+    {
+        const loxo_range r = loxo_thread_range(n);
+        for (int64_t i = r.begin; i < r.end; ++i) {
+            const int64_t v = touched != NULL ? touched[i] : i;
+            s->distance[v] = HUGE_VAL;
+            if (s->nearest != NULL) s->nearest[v] = -1;
         }
     }
-    return status;
+    s->n_touched = -1;
+}
+
+static void drop_beyond(exact_state *s, double max_distance)
+{
+    int64_t n;
+    const loxo_index *touched = exact_touched(s, &n);
+    for (int64_t i = 0; i < n; ++i) {
+        const int64_t v = touched != NULL ? touched[i] : i;
+        if (s->distance[v] > max_distance) s->distance[v] = HUGE_VAL;
+    }
 }
 
 /* The seed that a vertex's way comes from: that of the vertex where it bends last, and so on. */
-static void find_nearest(const exact_state *s, loxo_index *nearest)
+static void find_nearest(exact_state *s)
 {
-    for (int64_t v = 0; v < s->m.n_vertices; ++v)
-        nearest[v] = -1;
-    for (int64_t v = 0; v < s->m.n_vertices; ++v) {
+    int64_t n;
+    const loxo_index *touched = exact_touched(s, &n);
+    loxo_index *nearest = s->nearest;
+    for (int64_t i = 0; i < n; ++i) {
+        const int64_t v = touched != NULL ? touched[i] : i;
         int64_t w = v;
         if (s->distance[v] == HUGE_VAL) continue;
         while (nearest[w] < 0 && s->reach[w].origin >= 0)
@@ -121,39 +190,59 @@ static void find_nearest(const exact_state *s, loxo_index *nearest)
 
 static size_t bytes_held(const exact_state *s)
 {
-    return s->arena.size + exact_pool_bytes(&s->pool) + (size_t)s->queue.room * sizeof *s->queue.entry +
-           (size_t)s->work.room * 2 * (sizeof(exact_taken) + sizeof(struct exact_place));
+    size_t size = s->arena.size + exact_pool_bytes(&s->pool) + (size_t)s->task_room * sizeof *s->task +
+                  (size_t)s->touched_room * sizeof *s->touched;
+    for (int i = 0; i < s->n_workers; ++i)
+        size += exact_worker_bytes(&s->worker[i]);
+    return size;
+}
+
+/* Vertices along a front, and lists in a round, are some for each square root of all. Goals are met by one thread. */
+#define ROOTS_A_THREAD 12.0
+
+static int threads_for(const exact_state *s)
+{
+    const int n_threads = loxo_threads_for(s->ctx, s->m.n_vertices, 3000.0);
+    const double most = sqrt((double)s->m.n_vertices) / ROOTS_A_THREAD;
+    if (s->n_goals > 0 || most < 2.0) return 1;
+    return most < (double)n_threads ? (int)most : n_threads;
 }
 
 loxo_status exact_run(exact_state *s, const geodesic_seed *seeds, int64_t n_seeds, double max_distance,
-                      double *distance, bool *is_stopped)
+                      bool *is_stopped)
 {
     loxo_status status = LOXO_OK;
     *is_stopped = false;
     if (n_seeds > INT32_MAX)
         return loxo_fail(s->ctx, LOXO_ERR_LIMIT, "geodesic: method exact takes at most %d sources", INT32_MAX);
-    s->distance = distance;
+    s->n_threads = threads_for(s);
     s->seeds = seeds;
     s->n_seeds = n_seeds;
     s->max_distance = max_distance;
-    s->n_windows = s->n_bends = s->n_reached = 0;
+    s->n_windows = s->n_bends = s->n_reached = s->n_rounds = 0;
     s->goal_distance = HUGE_VAL;
     s->pool.peak_live = 0;
-    s->queue.last = 0;
-#pragma omp parallel num_threads(loxo_threads_for(s->ctx, s->m.n_vertices, 0.5))
-    {
-        const loxo_range r = loxo_thread_range(s->m.n_vertices);
-        for (int64_t v = r.begin; v < r.end; ++v)
-            distance[v] = HUGE_VAL;
+    forget_distances(s);
+    for (int i = 0; i < s->n_workers; ++i) {
+        s->worker[i].n_windows = s->worker[i].n_bends = s->worker[i].n_reached = 0;
+        s->worker[i].least = HUGE_VAL;
     }
     for (int64_t i = 0; i < n_seeds && status >= 0; ++i)
         status = exact_send_from_seed(s, i);
-    if (status >= 0) status = propagate(s, is_stopped);
-    if (status < 0 || *is_stopped) forget_front(s);
-    if (status >= 0 && max_distance < HUGE_VAL)
-        for (int64_t v = 0; v < s->m.n_vertices; ++v)
-            if (distance[v] > max_distance) distance[v] = HUGE_VAL;
-    return status;
+    if (status >= 0) status = exact_run_rounds(s);
+    if (status < 0 || status == LOXO_STOPPED) forget_front(s);
+    if (status < 0) return status;
+    *is_stopped = status == LOXO_STOPPED;
+    for (int i = 0; i < s->n_threads; ++i) {
+        s->n_windows += s->worker[i].n_windows;
+        s->n_bends += s->worker[i].n_bends;
+    }
+    if (max_distance < HUGE_VAL) {
+        const loxo_status of_list = list_touched(s);
+        if (of_list < 0) return of_list;
+        drop_beyond(s, max_distance);
+    }
+    return LOXO_OK;
 }
 
 static loxo_status exact_solve(void *state, const geodesic_seed *seeds, int64_t n_seeds, double *distance,
@@ -162,11 +251,14 @@ static loxo_status exact_solve(void *state, const geodesic_seed *seeds, int64_t 
     exact_state *s = state;
     bool is_stopped;
     const double start_s = loxo_os_clock_s();
-    const loxo_status status = exact_run(s, seeds, n_seeds, s->problem->settings.max_distance, distance, &is_stopped);
+    s->distance = distance; /* the room that was asked for */
+    s->nearest = nearest;
+    const loxo_status status = exact_run(s, seeds, n_seeds, s->problem->settings.max_distance, &is_stopped);
     if (status < 0) return status;
-    if (nearest != NULL) find_nearest(s, nearest);
+    if (nearest != NULL) find_nearest(s);
     info->n_evaluations = s->n_windows;
     info->n_bends = s->n_bends;
+    info->n_iterations = s->n_rounds;
     info->max_windows = s->pool.peak_live;
     info->workspace_bytes = bytes_held(s);
     info->phase_s[LOXO_GEODESIC_PHASE_PROPAGATE] += loxo_os_clock_s() - start_s;
@@ -174,6 +266,8 @@ static loxo_status exact_solve(void *state, const geodesic_seed *seeds, int64_t 
     return is_stopped ? loxo_fail(s->ctx, LOXO_STOPPED, "geodesic: stopped; the distances are those of the last state")
                       : LOXO_OK;
 }
+
+static double *exact_room(void *state) { return ((exact_state *)state)->distance; }
 
 /* vertex_ns beside other jobs: bumpy sphere of 250k 3,000, of 1M 5,600, igea 8,500: windows a vertex depend on the shape. */
 const geodesic_engine geodesic_engine_exact = {
@@ -184,5 +278,7 @@ const geodesic_engine geodesic_engine_exact = {
     .create = exact_create,
     .solve = exact_solve,
     .destroy = exact_destroy,
+    .room = exact_room,
+    .touched = exact_touched,
     .trace = exact_trace_from,
 };

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * Inside of the exact method: windows wait in lists on half-edges, lists and bending vertices in one queue. */
+ * Inside of the exact method: windows wait in lists on half-edges; lists and bending vertices are taken in rounds. */
 #ifndef LOXO_SOLVER_GEODESIC_EXACT_H
 #define LOXO_SOLVER_GEODESIC_EXACT_H
 
@@ -27,68 +27,48 @@ typedef struct exact_reach {
 #define EXACT_CHUNK_BITS 10
 #define EXACT_BLOCK      7
 
-/* Windows of one list, oldest first; only the newest block of a list, its first, may be not full. A block is five cache
- * lines: one window a node would mean one wait for memory a window. */
+/* Windows of one list; what came last is in front. A block is five cache lines: one window a node would mean one wait for
+ * memory a window. */
 typedef struct exact_block {
     k_window w[EXACT_BLOCK];
     exact_origin origin[EXACT_BLOCK];
     uint32_t n;
-    uint32_t next; /* older of its list, or of the free ones */
+    uint32_t next;  /* older of its list, or of the free ones */
+    uint32_t round; /* in which its windows came; in the first of a batch of free ones: the next batch */
 } exact_block;
 
-/* Blocks by number; chunks stay where they are while there are more. */
+/* Blocks by number; chunks stay where they are while there are more. Free ones lie in batches of EXACT_BATCH. */
 typedef struct exact_pool {
     exact_block **chunk;
     int64_t n_chunks, capacity;
-    uint32_t first_free;
-    int64_t n_live, peak_live; /* windows */
+    uint32_t first_batch;
+    bool is_locked;
+    int64_t n_live, peak_live; /* windows, at the end of a round */
 } exact_pool;
+
+#define EXACT_BATCH 32
 
 static inline exact_block *exact_pool_block(const exact_pool *pool, uint32_t id)
 {
     return &pool->chunk[id >> EXACT_CHUNK_BITS][id & ((1u << EXACT_CHUNK_BITS) - 1)];
 }
 
-/* Makes free blocks when there are none. */
-loxo_status exact_pool_grow(loxo_context *ctx, exact_pool *pool);
-/* Forgets all windows and keeps the chunks. */
+/* Makes at least so many free blocks more. */
+loxo_status exact_pool_grow(loxo_context *ctx, exact_pool *pool, int64_t n_blocks);
+/* All blocks are free. */
 void exact_pool_clear(exact_pool *pool);
 size_t exact_pool_bytes(const exact_pool *pool);
 void exact_pool_destroy(loxo_context *ctx, exact_pool *pool);
 
-/* ---- the queue ---- */
+/* ---- threads ---- */
 
-/* Smallest key first; of equal keys the one that was put in last. Keys are the bits of floats >= 0, which are in the order of
- * the numbers; one below the last that was taken counts as that. A radix heap (Ahuja, Mehlhorn, Orlin, Tarjan 1990): bin b
- * has the keys whose highest bit that differs from the last key taken is bit b - 1; a bin that comes to the front is dealt
- * out to those before it. No comparisons, which a processor would guess wrong. */
-#define EXACT_BINS 33
-
-typedef struct exact_entry {
-    uint32_t key, item; /* half-edge h, or 3 n_faces + vertex */
-    uint32_t next;
-} exact_entry;
-
-typedef struct exact_queue {
-    exact_entry *entry; /* [room] */
-    int64_t n, room;    /* n in the bins */
-    uint32_t bin[EXACT_BINS], first_free, last;
-} exact_queue;
-
-loxo_status exact_queue_push(loxo_context *ctx, exact_queue *queue, double key, uint32_t item);
-uint32_t exact_queue_pop(exact_queue *queue); /* n > 0 */
-void exact_queue_clear(exact_queue *queue);
-void exact_queue_destroy(loxo_context *ctx, exact_queue *queue);
-
-/* ---- a solver ---- */
-
-/* What is known of a vertex. */
-enum {
-    EXACT_LOOKED_AT = 1, /* the next two are known; the surface's, kept from solve to solve */
-    EXACT_BENDS = 2,     /* ways may bend there: the angles sum to over 2 pi, or it lies on a boundary */
-    EXACT_ALL_ROUND = 4, /* it has a face without height: ways that bend there are sent in all directions */
-    EXACT_QUEUED = 8,    /* bends, and its distance got smaller since it last sent windows */
-};
+/* A shorter way to a vertex, found in a round and judged at its end. */
+typedef struct exact_offer {
+    double distance;
+    exact_reach reach;
+    loxo_index vertex;
+    bool is_news; /* by more than rounding errors: windows that were sent from the vertex are not as good */
+} exact_offer;
 
 typedef struct exact_taken {
     k_window w;
@@ -107,29 +87,84 @@ typedef struct exact_work {
     int64_t room;
 } exact_work;
 
-void exact_work_destroy(loxo_context *ctx, exact_work *work);
+/* What one list or vertex may take up at most. */
+typedef struct exact_needs {
+    int64_t n_windows, n_blocks, n_items, n_offers;
+} exact_needs;
+
+/* Everything that one thread writes but the lists. Items are half-edges h, and vertices as 3 n_faces + vertex. */
+typedef struct exact_worker {
+    exact_work work;
+    uint32_t *item[2]; /* [item_room[.]] of this round, as far as they are not looked at yet, and of the next */
+    int64_t n_items[2], item_room[2];
+    exact_offer *offer; /* [offer_room] of this round */
+    int64_t n_offers, offer_room;
+    uint32_t first_free, first_batch; /* free blocks, fewer than a batch or one; batches */
+    int64_t n_free, n_batches;
+    exact_needs wanted; /* what there was no room for; {0}: nothing */
+    double least;       /* key of what this round has left for the next */
+    int64_t n_more;     /* windows that this round has put into lists, less those it has taken */
+    int64_t n_windows, n_bends, n_reached;
+    char apart[64]; /* two of them share no cache line */
+} exact_worker;
+
+/* Blocks that belong together, in the order of a list. */
+typedef struct exact_chain {
+    exact_block *block; /* the first */
+    uint32_t head, tail;
+} exact_chain;
+
+#define EXACT_NO_CHAIN ((exact_chain){NULL, EXACT_NONE, EXACT_NONE})
+
+/* ---- a solver ---- */
+
+/* What is known of a vertex. */
+enum {
+    EXACT_LOOKED_AT = 1, /* the next two are known; the surface's, kept from solve to solve */
+    EXACT_BENDS = 2,     /* ways may bend there: the angles sum to over 2 pi, or it lies on a boundary */
+    EXACT_ALL_ROUND = 4, /* it has a face without height: ways that bend there are sent in all directions */
+    EXACT_QUEUED = 8,    /* bends, and its distance got smaller since it last sent windows */
+    EXACT_LOCKED = 16,   /* a thread judges an offer */
+    EXACT_LISTED = 32,   /* in touched */
+};
+
+typedef enum exact_stage { EXACT_SELECT, EXACT_PASS_ON, EXACT_JUDGE } exact_stage;
 
 typedef struct exact_state {
     loxo_context *ctx;
     const geodesic_problem *problem;
     loxo_mesh_view m;
     loxo_arena arena;
-    double key_scale;    /* keys are distances in this unit, that float holds them */
+    double width;        /* of a round's band of keys */
     double max_distance; /* ways beyond are dropped */
-    /* kept from solve to solve; [3 n_faces] first node of each half-edge's list, all EXACT_NONE between solves */
+    /* kept from solve to solve; [3 n_faces] first block of each half-edge's list, all EXACT_NONE between solves */
     uint32_t *list;
     exact_reach *reach; /* [n_vertices] */
     uint8_t *known;     /* [n_vertices] */
+    double *distance;   /* [n_vertices] */
     exact_pool pool;
-    exact_queue queue;
-    exact_work work;
+    exact_worker *worker; /* [n_workers] */
+    int n_workers;        /* most threads that there can be */
+    loxo_index *touched;  /* [touched_room] */
+    int64_t n_touched;    /* what the last solve reached, ascending; -1: no such list, it may be all */
+    int64_t touched_room;
+    loxo_index *nearest; /* [n_vertices] of the present solve; NULL: not wanted */
+    /* the present round */
+    int n_threads;
+    exact_stage stage;
+    bool is_begun, is_over;
+    int side;       /* worker.item[side] is the present queue */
+    uint32_t round; /* its number */
+    uint32_t *task; /* [task_room] items that are taken in it; EXACT_NONE: done */
+    int64_t n_tasks, task_room, task_wanted;
+    double horizon; /* the least key, about */
     /* of the last solve */
-    double *distance;           /* the caller's */
     const geodesic_seed *seeds; /* [n_seeds] */
     int64_t n_seeds;
     int64_t n_windows; /* passed on */
     int64_t n_bends;   /* times that a vertex sent windows */
     int64_t n_reached; /* vertices */
+    int64_t n_rounds;
     /* ways to points inside faces, found while windows cross those; NULL: none wanted */
     const geodesic_seed *goals; /* [n_goals] by face */
     int64_t n_goals;
@@ -137,27 +172,54 @@ typedef struct exact_state {
     int64_t goal;
     exact_reach goal_reach;   /* via: the half-edge of its face */
     struct exact_state *back; /* solves from points that ways are wanted from; made when needed */
-    double *back_distance;
 } exact_state;
 
-/* A shorter way to a vertex: takes it over, and queues the vertex when ways may bend there. */
-loxo_status exact_improve(exact_state *s, loxo_index vertex, double distance, exact_reach reach);
-/* Puts a window on half-edge h, below which its source lies; queues h. */
-loxo_status exact_add(exact_state *s, loxo_index h, const k_window *w, exact_origin origin, double key);
-/* Takes the list of half-edge h across the face of h. */
-loxo_status exact_pass_on(exact_state *s, loxo_index h);
+/* worker.c: whether there is room for one list or vertex; if not, wanted tells of it. */
+bool exact_has_room(exact_state *s, exact_worker *worker, const exact_needs *needs);
+/* Makes room for what all workers want. Not while threads are at work. */
+loxo_status exact_make_room(exact_state *s);
+/* Forgets all windows and keeps the memory. */
+void exact_clear_workers(exact_state *s);
+size_t exact_worker_bytes(const exact_worker *worker);
+void exact_worker_destroy(loxo_context *ctx, exact_worker *worker);
+/* Puts a window in front of a chain that is not in a list yet. */
+void exact_put(exact_state *s, exact_worker *worker, exact_chain *chain, const k_window *w, exact_origin origin);
+void exact_free_block(exact_state *s, exact_worker *worker, uint32_t id);
+/* Puts a chain in front of the list of half-edge h, below which its sources lie; queues h. */
+void exact_hang(exact_state *s, exact_worker *worker, exact_chain *chain, loxo_index h, double key);
+void exact_queue(exact_state *s, exact_worker *worker, uint32_t item, double key);
+
+/* Takes an offer for the end of the round, when it is shorter than what is known. */
+static inline void exact_make_offer(exact_state *s, exact_worker *worker, loxo_index vertex, double distance,
+                                    exact_reach reach)
+{
+    const double old = s->distance[vertex];
+    if (distance < old)
+        worker->offer[worker->n_offers++] = (exact_offer){distance, reach, vertex, old - distance > 1e-14 * distance};
+}
+
+/* front.c: takes over an offer that is shorter, and queues the vertex when ways may bend there. */
+void exact_judge(exact_state *s, exact_worker *worker, const exact_offer *offer);
+/* Rounds until nothing is on its way, or the monitor stops them (LOXO_STOPPED without a message). LOXO_ERR_MEMORY. */
+loxo_status exact_run_rounds(exact_state *s);
+
+/* Takes the list of half-edge h across the face of h. false: there is no room for it yet. */
+bool exact_pass_on(exact_state *s, exact_worker *worker, loxo_index h);
 /* Sorts n taken windows of one half-edge into kept, without what others make needless; returns how many that are. The face
- * that they have crossed lies below the edge, its third corner at (corner_x, -corner_y). */
+ * that they have crossed lies below the edge, its third corner at (corner_x, -corner_y). The order in which they came does not
+ * matter. */
 int64_t exact_prune(exact_work *work, int64_t n, double length, double corner_x, double corner_y);
 /* Windows from a seed, and from a vertex whose distance stands. */
 loxo_status exact_send_from_seed(exact_state *s, int64_t seed);
-loxo_status exact_send_from_vertex(exact_state *s, loxo_index vertex);
+bool exact_send_from_vertex(exact_state *s, exact_worker *worker, loxo_index vertex);
 /* EXACT_LOOKED_AT and what goes with it. */
 uint8_t exact_look_at(const exact_state *s, loxo_index vertex);
 
 /* Everything from seeds outward up to a distance. */
 loxo_status exact_run(exact_state *s, const geodesic_seed *seeds, int64_t n_seeds, double max_distance,
-                      double *distance, bool *is_stopped);
+                      bool *is_stopped);
+/* What the last run may have given a distance, ascending; NULL: all n. */
+const loxo_index *exact_touched(void *state, int64_t *n);
 loxo_status exact_create(const geodesic_problem *problem, void **state);
 void exact_destroy(void *state);
 
@@ -197,17 +259,6 @@ loxo_status exact_trace_goal(const exact_state *s, exact_way *way);
 /* The engine's: from any point. */
 loxo_status exact_trace_from(void *state, const geodesic_seed *from, struct line_builder *builder);
 void exact_way_destroy(loxo_context *ctx, exact_way *way);
-
-static inline loxo_status exact_queue_halfedge(exact_state *s, loxo_index h, double key)
-{
-    return exact_queue_push(s->ctx, &s->queue, key * s->key_scale, (uint32_t)h);
-}
-
-static inline loxo_status exact_queue_vertex(exact_state *s, loxo_index vertex)
-{
-    return exact_queue_push(s->ctx, &s->queue, s->distance[vertex] * s->key_scale,
-                            (uint32_t)(3 * s->m.n_faces) + (uint32_t)vertex);
-}
 
 /* A bound with its slack for windows on an edge of that length. */
 static inline double exact_bound(double distance, double length)

@@ -7,15 +7,18 @@
 
 static void link_chunk(exact_pool *pool, int64_t chunk)
 {
-    for (int64_t i = CHUNK_BLOCKS - 1; i >= 0; --i) {
-        pool->chunk[chunk][i].next = pool->first_free;
-        pool->first_free = (uint32_t)(chunk * CHUNK_BLOCKS + i);
+    for (int64_t batch = CHUNK_BLOCKS - EXACT_BATCH; batch >= 0; batch -= EXACT_BATCH) {
+        exact_block *block = &pool->chunk[chunk][batch];
+        const uint32_t id = (uint32_t)(chunk * CHUNK_BLOCKS + batch);
+        for (int64_t i = 0; i < EXACT_BATCH; ++i)
+            block[i].next = i + 1 < EXACT_BATCH ? id + (uint32_t)i + 1 : EXACT_NONE;
+        block->round = pool->first_batch;
+        pool->first_batch = id;
     }
 }
 
-loxo_status exact_pool_grow(loxo_context *ctx, exact_pool *pool)
+static loxo_status add_chunk(loxo_context *ctx, exact_pool *pool)
 {
-    if (pool->first_free != EXACT_NONE) return LOXO_OK;
     /* The last chunk would hold the number that means «none». */
     if (pool->n_chunks + 1 >= ((int64_t)UINT32_MAX + 1) / CHUNK_BLOCKS)
         return loxo_fail(ctx, LOXO_ERR_MEMORY, "geodesic: more than %lld blocks of windows at once",
@@ -34,9 +37,17 @@ loxo_status exact_pool_grow(loxo_context *ctx, exact_pool *pool)
     return LOXO_OK;
 }
 
+loxo_status exact_pool_grow(loxo_context *ctx, exact_pool *pool, int64_t n_blocks)
+{
+    loxo_status status = LOXO_OK;
+    for (int64_t n = 0; n < n_blocks && status >= 0; n += CHUNK_BLOCKS)
+        status = add_chunk(ctx, pool);
+    return status;
+}
+
 void exact_pool_clear(exact_pool *pool)
 {
-    pool->first_free = EXACT_NONE;
+    pool->first_batch = EXACT_NONE;
     pool->n_live = 0;
     for (int64_t c = pool->n_chunks - 1; c >= 0; --c)
         link_chunk(pool, c);

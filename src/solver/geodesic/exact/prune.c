@@ -110,23 +110,40 @@ static verdict compare_crossing(k_window *a, k_window *b, double length, double 
     return BOTH_STAY;
 }
 
+/* Whether a goes before b, when both begin at one place: by anything that tells them apart. */
+static bool is_before(const exact_taken *a, const exact_taken *b)
+{
+    if (a->w.end != b->w.end) return a->w.end < b->w.end;
+    if (a->w.offset != b->w.offset) return a->w.offset < b->w.offset;
+    if (a->w.x != b->w.x) return a->w.x < b->w.x;
+    if (a->w.y != b->w.y) return a->w.y < b->w.y;
+    return a->origin <= b->origin;
+}
+
+static inline bool is_sorted(const exact_taken *taken, const struct exact_place *a, const struct exact_place *b)
+{
+    return a->begin < b->begin || (a->begin == b->begin && is_before(&taken[a->i], &taken[b->i]));
+}
+
 /* Merges ascending runs until there is one; lists come as two or three. Returns the array that holds it. */
-static struct exact_place *sort_by_begin(struct exact_place *place, struct exact_place *other, int64_t n)
+static struct exact_place *sort_by_begin(const exact_taken *taken, struct exact_place *place, struct exact_place *other,
+                                         int64_t n)
 {
     for (;;) {
         struct exact_place *const swap = place;
         int64_t n_runs = 0, out = 0;
         for (int64_t i = 0; i < n; ++n_runs) {
             int64_t a = i, a_end = i + 1, b, b_end;
-            while (a_end < n && place[a_end].begin >= place[a_end - 1].begin)
+            while (a_end < n && is_sorted(taken, &place[a_end - 1], &place[a_end]))
                 ++a_end;
             b = b_end = a_end;
             if (a == 0 && a_end == n) return place;
             if (b < n)
-                for (++b_end; b_end < n && place[b_end].begin >= place[b_end - 1].begin;)
+                for (++b_end; b_end < n && is_sorted(taken, &place[b_end - 1], &place[b_end]);)
                     ++b_end;
             while (a < a_end || b < b_end)
-                other[out++] = b == b_end || (a < a_end && place[a].begin <= place[b].begin) ? place[a++] : place[b++];
+                other[out++] =
+                    b == b_end || (a < a_end && is_sorted(taken, &place[a], &place[b])) ? place[a++] : place[b++];
             i = b_end;
         }
         place = other;
@@ -142,7 +159,7 @@ int64_t exact_prune(exact_work *work, int64_t n, double length, double corner_x,
     int64_t n_kept = 0;
     for (int64_t i = 0; i < n; ++i)
         work->place[i] = (struct exact_place){work->taken[i].w.begin, i};
-    place = sort_by_begin(work->place, work->other_place, n);
+    place = sort_by_begin(work->taken, work->place, work->other_place, n);
     for (int64_t i = 0; i < n; ++i) {
         exact_taken e = work->taken[place[i].i];
         bool stays = true;
