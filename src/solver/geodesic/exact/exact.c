@@ -20,16 +20,18 @@ static void lay_out(exact_state *s)
     s->distance = loxo_arena_take(arena, s->m.n_vertices, sizeof *s->distance);
 }
 
-/* The front is what it is; on scans it was at most 70 windows per square root of the number of vertices, in blocks that are half
- * full. */
-#define FRONT_WINDOWS 70.0
+/* The front is what it is: on scans at most 70 windows per square root of the number of vertices, on a flat disk 135, in blocks
+ * that are half full, or three quarters there. */
+#define FRONT_WINDOWS 110.0
+/* Of a thread: free blocks, offers, items. */
+#define THREAD_BYTES 80000
 
 static size_t exact_bytes(const geodesic_problem *problem)
 {
     exact_state s = {.m = problem->m};
     const double front = FRONT_WINDOWS * sqrt((double)problem->m.n_vertices) * 2.0 * sizeof(exact_block) / EXACT_BLOCK;
     lay_out(&s);
-    return s.arena.size + (size_t)front;
+    return s.arena.size + (size_t)front + THREAD_BYTES * (size_t)loxo_context_n_threads(problem->ctx);
 }
 
 void exact_destroy(void *state)

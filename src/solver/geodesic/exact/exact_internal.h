@@ -24,7 +24,7 @@ typedef struct exact_reach {
 /* ---- windows ---- */
 
 #define EXACT_NONE       UINT32_MAX
-#define EXACT_CHUNK_BITS 10
+#define EXACT_CHUNK_BITS 8
 #define EXACT_BLOCK      7
 
 /* Windows of one list; what came last is in front. A block is five cache lines: one window a node would mean one wait for
