@@ -11,7 +11,7 @@
 
 size_t loxo_cholesky_guess_bytes(int64_t n_rows)
 {
-    const double n = (double)n_rows, entries = n > 100.0 ? 5.5 * log2(n) - 2.5 : 0.5 * n;
+    const double n = (double)n_rows, entries = n > 100.0 ? 4.2 * log2(n) + 14.0 : 0.5 * n;
     return (size_t)(n * (96.0 + 8.0 * entries));
 }
 

@@ -15,8 +15,8 @@ typedef struct loxo_cholesky_info {
     double n_flops;
 } loxo_cholesky_info;
 
-/* Bytes of a factor of a mesh's Laplacian, without a look at it: fitted to bumpy spheres, of 71 entries a row at 1e4
- * vertices and 96 at 2.5e5; grids take a tenth less. */
+/* Bytes of a factor of a mesh's Laplacian, without a look at it: a line through those of bumpy spheres, of 71, 96 and 90
+ * entries a row at 1e4, 2.5e5 and 1e6 vertices (CHOLMOD takes the best of several orders); grids take a tenth less. */
 size_t loxo_cholesky_guess_bytes(int64_t n_rows);
 
 /* Whether this build knows CHOLMOD and it can be loaded; without it create gives LOXO_ERR_UNSUPPORTED. */

@@ -37,26 +37,33 @@ static int64_t longest_product(loxo_context *ctx, const mg_level *l)
     return most < l->down.n_rows / longest ? most * longest : l->down.n_rows;
 }
 
-/* Row i of P^T A P, as an excess, which is returned, and entries; the diagonal's is of no use. With A = L + S, L from the
- * weights and S the excesses, and rows of P that sum to 1: L and P^T L P map constants to 0, so what P^T A P makes of them
- * is P^T S P 1 = P^T s. */
+/* Row i of P^T A P, as an excess, which is returned, and entries; the diagonal's is of no use. The excess is what it makes
+ * of constants, P^T A s with s = P 1: s_j is 1 almost everywhere, exactly, and what is added up then is the fine excess. */
 static double add_product_row(const mg_level *l, int64_t i, mg_adder *a)
 {
+    const mg_map *up = &l->up;
     double total = 0.0;
     for (uint32_t e = l->down.begin[i]; e < l->down.begin[i + 1]; ++e) {
         const int64_t from = l->down.column[e];
-        const double share = (double)l->down.value[e] / MG_ONE, excess = mg_excess(l, from);
-        double diagonal = excess;
+        const double share = (double)l->down.value[e] / MG_ONE;
+        double diagonal = mg_excess(l, from), own = 0.0, others = 0.0;
         for (int64_t k = l->row[from]; k < l->row[from + 1]; ++k) {
             const double w = (double)l->weight[k];
             const loxo_index j = l->column[k];
+            int32_t sum = 0;
             diagonal += w;
-            for (uint32_t q = l->up.begin[j]; q < l->up.begin[j + 1]; ++q)
-                mg_adder_add(a, l->up.column[q], share * w / MG_ONE * (double)l->up.value[q]);
+            for (uint32_t q = up->begin[j]; q < up->begin[j + 1]; ++q) {
+                mg_adder_add(a, up->column[q], share * w / MG_ONE * (double)up->value[q]);
+                sum += up->value[q];
+            }
+            others += w * (1.0 - (double)sum / MG_ONE);
         }
-        for (uint32_t q = l->up.begin[from]; q < l->up.begin[from + 1]; ++q)
-            mg_adder_add(a, l->up.column[q], -share * diagonal / MG_ONE * (double)l->up.value[q]);
-        total += share * excess;
+        for (uint32_t q = up->begin[from]; q < up->begin[from + 1]; ++q) {
+            mg_adder_add(a, up->column[q], -share * diagonal / MG_ONE * (double)up->value[q]);
+            own += (double)up->value[q] / MG_ONE;
+        }
+        /* A s = d s_i - sum_j w_ij s_j = excess + sum_j w_ij (1 - s_j) - d (1 - s_i) */
+        total += share * (mg_excess(l, from) + others - diagonal * (1.0 - own));
     }
     return total;
 }

@@ -8,17 +8,19 @@
 #include <string.h>
 
 /* One damped Jacobi step on the aggregates' own functions, with the strong edges of the row only:
- *   p_i = (1 - omega) e(aggregate of i) + omega sum_j (w_ij / sum_k w_ik) e(aggregate of j).
- * Rows are convex combinations, so that constants stay constants; omega = 2/3 is 4/3 over the bound 2 of the spectral
- * radius of D^-1 (D - W). */
+ *   p_i = (1 - omega) e(aggregate of i) + omega sum_j (w_ij / (sum_k w_ik + e_i)) e(aggregate of j).
+ * Where the excess e_i is 0, rows are convex combinations and constants stay constants; near variables that are held, of
+ * which excesses are left, the functions fall towards them. omega = 2/3 is 4/3 over the bound 2 of the spectral radius of
+ * D^-1 (D - W). */
 #define OMEGA (2.0 / 3.0)
 /* ... strong here when at least this share of the row's largest weight: fewer entries than aggregates are grown by. */
 #define REACH 0.3f
 /* A row that would depend on more aggregates, of a hub, keeps to its own: it would join all of them on the next level. */
 #define MOST_ENTRIES 10
 /* Then one step towards less energy of the columns of P, inside the pattern that they have (Mandel, Brezina, Vanek 1999):
- *   p_ic <- p_ic - tau (g_ic - mean over c of g_ic),   g_i = d_i^-1 (L P)_i,
- * L of all edges, weak and negative ones too, d its diagonal. The mean is taken out so that rows still sum to 1. */
+ *   p_ic <- p_ic - tau (g_ic - (sum over c of g_ic - g_i) / n_c),   g_ic = (A P)_ic / d_i,   g_i = (A P 1)_i / d_i,
+ * A of all edges, weak and negative ones too, d its diagonal. What is taken off is what lies outside of the pattern: rows
+ * sum to what they would without one, to 1 where there is no excess near. */
 #define TAU 0.5
 /* ... not where entries would grow beyond this, or d_i is what large weights of both signs leave. */
 #define LARGEST     1.5
@@ -42,9 +44,10 @@ static void add_row(const mg_level *l, const loxo_index *aggregate, const float 
         mg_adder_add(a, own, 1.0);
         return;
     }
-    double first = 1.0;
+    const double excess = fmax(mg_excess(l, i), 0.0);
+    double first = sum > 0.0 ? 1.0 - rint(OMEGA * excess / (sum + excess) * MG_ONE) / MG_ONE : 1.0;
     for (int64_t k = 1; k < a->n; ++k) {
-        a->value[k] = rint(OMEGA * a->value[k] / sum * MG_ONE) / MG_ONE;
+        a->value[k] = rint(OMEGA * a->value[k] / (sum + excess) * MG_ONE) / MG_ONE;
         first -= a->value[k];
     }
     a->value[0] = first;
@@ -77,25 +80,35 @@ static bool improve_row(const mg_level *l, int64_t i, int16_t *improved)
     const mg_map *up = &l->up;
     const uint32_t begin = up->begin[i], n = up->begin[i + 1] - begin;
     const loxo_index *column = up->column + begin;
-    double flow[MOST_ENTRIES] = {0.0}, d = 0.0, size = 0.0, mean = 0.0;
+    const double excess = mg_excess(l, i);
+    double flow[MOST_ENTRIES] = {0.0}, d = excess, size = fabs(excess), outside = 0.0, change = 0.0;
+    double own = 0.0;
     if (n < 2) return false;
+    for (uint32_t c = 0; c < n; ++c)
+        own += (double)up->value[begin + c];
+    change = excess * own;
     for (int64_t k = l->row[i]; k < l->row[i + 1]; ++k) {
         const double w = (double)l->weight[k];
         const loxo_index j = l->column[k];
+        int32_t sum = 0;
         d += w;
         size += fabs(w);
-        for (uint32_t q = up->begin[j]; q < up->begin[j + 1]; ++q)
+        for (uint32_t q = up->begin[j]; q < up->begin[j + 1]; ++q) {
+            sum += up->value[q];
             for (uint32_t c = 0; c < n; ++c)
                 if (column[c] == up->column[q]) flow[c] += w * (double)up->value[q];
+        }
+        change += w * (own - (double)sum);
     }
     if (!(d > LEAST_SHARE * size)) return false;
     for (uint32_t c = 0; c < n; ++c) {
         flow[c] = (double)up->value[begin + c] - flow[c] / d;
-        mean += flow[c] / (double)n;
+        outside += flow[c];
     }
-    double first = MG_ONE;
+    outside = (outside - change / d) / (double)n;
+    double first = own - rint(TAU * change / d);
     for (uint32_t c = n; c-- > 0;) {
-        const double value = rint((double)up->value[begin + c] - TAU * (flow[c] - mean));
+        const double value = rint((double)up->value[begin + c] - TAU * (flow[c] - outside));
         if (!(fabs(value) <= LARGEST * MG_ONE)) return false;
         improved[c] = (int16_t)(c > 0 ? value : first);
         first -= c > 0 ? value : 0.0;
