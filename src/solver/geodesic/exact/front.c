@@ -54,19 +54,19 @@ static void select_items(exact_state *s, exact_worker *worker, const uint32_t *i
 
 /* What a list needs lies anywhere: that of all lists of a chunk is asked for side by side before it is looked at. The first blocks
  * and what is around the apex, then block after block. */
-static void fetch_lists(const exact_state *s, int64_t begin, int64_t end)
+static void fetch_lists(const exact_state *s, const uint32_t *task, int64_t n)
 {
     const loxo_mesh_view *m = &s->m;
     uint32_t at[PASS_ON_CHUNK];
-    for (int64_t i = begin; i < end; ++i) {
-        const uint32_t item = s->task[i];
-        at[i - begin] = EXACT_NONE;
+    for (int64_t i = 0; i < n; ++i) {
+        const uint32_t item = task[i];
+        at[i] = EXACT_NONE;
         if (item == EXACT_NONE || is_vertex(s, item)) continue;
         const loxo_index next = k_next((loxo_index)item), previous = k_previous((loxo_index)item);
         const loxo_index apex = m->halfedge_vertex[previous];
         const loxo_index left = m->halfedge_twin[previous], right = m->halfedge_twin[next];
-        at[i - begin] = __atomic_load_n(&s->list[item], __ATOMIC_ACQUIRE);
-        if (at[i - begin] != EXACT_NONE) __builtin_prefetch(&exact_pool_block(&s->pool, at[i - begin])->n);
+        at[i] = __atomic_load_n(&s->list[item], __ATOMIC_ACQUIRE);
+        if (at[i] != EXACT_NONE) __builtin_prefetch(&exact_pool_block(&s->pool, at[i])->n);
         __builtin_prefetch(&s->distance[apex]);
         __builtin_prefetch(&s->reach[apex]);
         if (m->position != NULL) __builtin_prefetch(m->position[apex]);
@@ -75,7 +75,7 @@ static void fetch_lists(const exact_state *s, int64_t begin, int64_t end)
         if (right >= 0) __builtin_prefetch(&s->list[right]);
     }
     for (int k = 0; k < BLOCKS_AHEAD; ++k)
-        for (int64_t i = 0; i < end - begin; ++i) {
+        for (int64_t i = 0; i < n; ++i) {
             if (at[i] == EXACT_NONE) continue;
             const exact_block *block = exact_pool_block(&s->pool, at[i]);
             for (int j = 0; j < EXACT_BLOCK; j += 2)
@@ -87,7 +87,7 @@ static void fetch_lists(const exact_state *s, int64_t begin, int64_t end)
 
 static void send_on(exact_state *s, exact_worker *worker, int64_t begin, int64_t end)
 {
-    fetch_lists(s, begin, end);
+    fetch_lists(s, &s->task[begin], end - begin);
     for (int64_t i = begin; i < end; ++i) {
         const uint32_t item = s->task[i];
         bool is_done = true;
