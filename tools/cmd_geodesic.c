@@ -74,14 +74,21 @@ static loxo_status check_files(cli_run *run, bool is_estimate, outputs *outs)
 
 /* A front that moves over a large mesh meets a line of it at a time: what is near on the surface has to be near in memory,
  * in both directions. Bumpy sphere, given row by row, two threads: 10M vertices 834 ns a vertex as given, 301 along Hilbert's curve, whose
- * making takes 40; 1M vertices, which the cache half holds, 218 and 208. */
+ * making takes 40; 1M vertices, which the cache half holds, 218 and 208. Where its permutation does not fit, the order is chosen as ever. */
 #define MANY_FOR_A_FRONT 2000000
 
-static void choose_order(geodesic_state *s, int64_t n_vertices)
+static void choose_order(const cli_run *run, geodesic_state *s, int64_t n_vertices, int64_t n_faces, bool is_float)
 {
     const loxo_geodesic_method method = s->geodesic.method;
+    loxo_mesh_settings along = s->mesh;
+    size_t mesh_bytes = 0, build_bytes = 0, work_bytes = 0;
+    along.order = LOXO_ORDER_HILBERT;
     if (s->mesh.order != LOXO_ORDER_AUTO || n_vertices < MANY_FOR_A_FRONT) return;
-    if (method == LOXO_GEODESIC_FAST || method == LOXO_GEODESIC_AUTO) s->mesh.order = LOXO_ORDER_HILBERT;
+    if (method != LOXO_GEODESIC_FAST && method != LOXO_GEODESIC_AUTO) return;
+    if (loxo_mesh_estimate(n_vertices, n_faces, is_float, &along, &mesh_bytes, &build_bytes) < 0) return;
+    if (loxo_geodesic_estimate(run->ctx, n_vertices, n_faces, &s->geodesic, &work_bytes, NULL) < 0) return;
+    const size_t solve_bytes = mesh_bytes + work_bytes + sizeof(double) * (size_t)n_vertices;
+    if (build_bytes <= run->limit_bytes && solve_bytes <= run->limit_bytes) s->mesh.order = LOXO_ORDER_HILBERT;
 }
 
 static loxo_status estimate(cli_run *run, geodesic_state *s, const cli_method *method)
@@ -95,7 +102,7 @@ static loxo_status estimate(cli_run *run, geodesic_state *s, const cli_method *m
     if (status < 0) return status;
     const int64_t n = counts.n_vertices, n_faces = counts.n_faces;
     const size_t result_bytes = sizeof(double) * (size_t)n;
-    choose_order(s, n);
+    choose_order(run, s, n, n_faces, counts.is_float);
     if ((status = loxo_geodesic_resolve(run->ctx, n, 1, &s->geodesic)) < 0) return status;
     status = loxo_mesh_estimate(n, n_faces, counts.is_float, &s->mesh, &mesh_bytes, &build_bytes);
     if (status >= 0) status = loxo_geodesic_estimate(run->ctx, n, n_faces, &s->geodesic, &work_bytes, NULL);
@@ -263,7 +270,7 @@ static loxo_status geodesic_main(cli_run *run, void *state)
     if ((status = cli_read_mesh(run, run->args.operand[0], &soup)) < 0) return status;
     sources.n_vertices = soup.n_vertices;
     if ((status = cli_sources_read(run, &sources)) < 0) goto done;
-    choose_order(s, soup.n_vertices);
+    choose_order(run, s, soup.n_vertices, soup.n_faces, soup.position_float != NULL);
     if ((status = make_mesh(run, s, &soup, &mesh)) < 0) goto done;
     if ((status = cli_sources_locate(run, mesh, &sources)) < 0) goto done;
     if ((status = cli_queries_prepare(run, mesh, &sources, &outs.queries)) < 0) goto done;
