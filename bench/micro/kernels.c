@@ -32,8 +32,8 @@ static void diffusion(const subject *s, const k_variant *k, int64_t begin, int64
 {
     const int64_t first_block = (begin + BLOCK_ROWS - 1) / BLOCK_ROWS, last_block = (end + BLOCK_ROWS - 1) / BLOCK_ROWS;
     const int64_t to = last_block * BLOCK_ROWS < s->m.n_vertices ? last_block * BLOCK_ROWS : s->m.n_vertices;
-    k->relax_blocks(s->row, s->entry, NULL, s->value, first_block * BLOCK_ROWS, to, BLOCK_ROWS, (unsigned)turn & 1u,
-                    s->change + first_block);
+    k->relax_blocks(s->row + first_block * BLOCK_ROWS, s->entry, NULL, s->value, first_block * BLOCK_ROWS, to,
+                    BLOCK_ROWS, (unsigned)turn & 1u, s->change + first_block);
 }
 
 static void differences(const subject *s, const k_variant *k, int64_t begin, int64_t end, int turn)
@@ -101,11 +101,12 @@ static void *take(subject *s, int64_t count, size_t size, bool *is_good)
 /* Rows of A + h^2 C, each divided by its diagonal; keep makes up for the decay, so that nothing dies away. */
 static void fill_rows(subject *s)
 {
-    const k_face_shapes none = {0, 0, NULL};
+    k_face_shapes kept;
     uint32_t n = 0;
+    k_forget_shapes(&kept);
     for (int64_t v = 0; v < s->m.n_vertices; ++v) {
         k_entry *entry = s->entry + n;
-        const double area = k_cotangent_row(&s->m, &none, (loxo_index)v, entry);
+        const double area = k_cotangent_row(&s->m, &kept, (loxo_index)v, entry);
         const uint32_t degree = k_degree(&s->m, (loxo_index)v);
         double diagonal = area, sum = 0.0;
         for (uint32_t k = 0; k < degree; ++k)

@@ -59,9 +59,9 @@ typedef struct loxo_geodesic_settings {
     loxo_geodesic_method method; /* LOXO_GEODESIC_AUTO: as loxo_geodesic_choose for one solve */
     /* of edge, face, heat and variational */
     loxo_geodesic_diffusion diffusion;
-    double time_factor;              /* m of eq. (28): time = m * (mean edge length)^2; > 0 */
-    double diffusion_tolerance;      /* change of the directions, eq. (8), that is still to come when a level is left */
-    int64_t n_sweeps;                /* of LOXO_DIFFUSION_SWEEPS */
+    double time_factor;         /* m of eq. (28): time = m * (mean edge length)^2; > 0 */
+    double diffusion_tolerance; /* directions' change to come (8) when a level is left; unfolding, if not set: 0.1 */
+    int64_t n_sweeps;           /* of LOXO_DIFFUSION_SWEEPS */
     loxo_geodesic_recovery recovery; /* of edge; global_constraints are ADMM's whatever it is */
     /* of edge with LOXO_RECOVERY_ADMM, face and variational */
     double penalty;              /* mu of ADMM; > 0 */
@@ -121,7 +121,7 @@ typedef struct loxo_geodesic_info {
     int64_t n_sources;           /* after repeats were merged */
     int64_t n_levels;
     int64_t max_window;       /* most levels in the window at once */
-    bool diffusion_converged; /* of marching; false for sweeps and for a given heat, which nothing tests */
+    bool diffusion_converged; /* of marching (where edge unfolds, of each level when it was left); else false */
     double diffusion_change;  /* estimate of the directions' change still to come, eq. (8) */
     double dual_residual;
     int64_t n_constraints;          /* cycles and paths */
@@ -258,6 +258,7 @@ LOXO_API loxo_status loxo_geodesic_solve_from_heat(loxo_geodesic *geodesic, cons
                                                    double *distance, loxo_geodesic_info *info);
 
 /* The heat of the last solve, caller's order: sign * 2^scale * value, so that nothing underflows at any width.
+ * Where edge unfolds it is as rough as the order of neighbours allows: set recovery or diffusion_tolerance for a better one.
  *   value [n_vertices], scale [n_vertices] out. LOXO_ERR_ARGUMENT before the first solve. */
 LOXO_API loxo_status loxo_geodesic_heat(const loxo_geodesic *geodesic, double *value, int32_t *scale);
 

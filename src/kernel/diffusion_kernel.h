@@ -5,6 +5,7 @@
 #ifndef LOXO_KERNEL_DIFFUSION_KERNEL_H
 #define LOXO_KERNEL_DIFFUSION_KERNEL_H
 
+#include "kernel/around_kernel.h"
 #include "kernel/layout_kernel.h"
 #include "kernel/scaled.h"
 
@@ -26,13 +27,6 @@ typedef struct k_entry {
     float coefficient;
 } k_entry;
 
-/* What a row is made of, in the mesh's order: entries of vertex v are begin[v] .. begin[v+1]-1, slot the neighbour,
- * coefficient the cotangent weight; area is a third of the faces' around. */
-typedef struct k_fan {
-    uint32_t begin;
-    float area;
-} k_fan;
-
 /* Of one face: cotangents of the angles opposite its half-edges, and twice its area. */
 typedef struct k_face_shape {
     double cotangent[3], twice_area;
@@ -51,15 +45,27 @@ static inline k_face_shape k_shape_of_face(const loxo_mesh_view *m, int64_t f)
         {v3_dot(bc, ca) * minus_inverse, v3_dot(ca, ab) * minus_inverse, v3_dot(ab, bc) * minus_inverse}, twice_area};
 }
 
-/* Shapes of faces begin..end-1, kept to be looked at more than once; none where begin is end. */
+/* Shapes of faces that were looked at last: rows of neighbours have faces in common. */
+#define K_SHAPES 128
 typedef struct k_face_shapes {
-    int64_t begin, end;
-    k_face_shape *shape;
+    int64_t face[K_SHAPES]; /* which one stands here; -1: none */
+    k_face_shape shape[K_SHAPES];
 } k_face_shapes;
 
-static inline k_face_shape k_shape_from(const loxo_mesh_view *m, const k_face_shapes *kept, int64_t f)
+static inline void k_forget_shapes(k_face_shapes *kept)
 {
-    return f >= kept->begin && f < kept->end ? kept->shape[f - kept->begin] : k_shape_of_face(m, f);
+    for (int i = 0; i < K_SHAPES; ++i)
+        kept->face[i] = -1;
+}
+
+static inline k_face_shape k_shape_from(const loxo_mesh_view *m, k_face_shapes *kept, int64_t f)
+{
+    const int64_t at = f % K_SHAPES;
+    if (kept->face[at] != f) {
+        kept->face[at] = f;
+        kept->shape[at] = k_shape_of_face(m, f);
+    }
+    return kept->shape[at];
 }
 
 /* Number of neighbours, or rather of edges: an intrinsic triangulation may have several to one neighbour, and some from a
@@ -79,7 +85,7 @@ static inline uint32_t k_degree(const loxo_mesh_view *m, loxo_index v)
 
 /* Entries of vertex v, which has faces: neighbours counter-clockwise with the cotangent weights (cot a + cot b) / 2 of the
  * edges, the same seen from both ends. Returns one third of the area of the faces around. */
-static inline double k_cotangent_row(const loxo_mesh_view *m, const k_face_shapes *kept, loxo_index v, k_entry *entry)
+static inline double k_cotangent_row(const loxo_mesh_view *m, k_face_shapes *kept, loxo_index v, k_entry *entry)
 {
     const loxo_index first = m->vertex_halfedge[v];
     loxo_index h = first, back = -1;
@@ -111,8 +117,9 @@ typedef struct k_change {
     float square[2], size;
 } k_change;
 
-/* Relaxes rows begin..end-1 of one block once: first every other row, then those between, so that neighbours in a level,
- * which mostly stand side by side, are not waited for. constant[p] is the heat of row p, a source; NULL: there is none. */
+/* Relaxes places begin..end-1 of one block once; row[0] is that of begin: first every other row, then those between,
+ * so that neighbours in a level, which mostly stand side by side, are not waited for. constant[p] is the heat of row
+ * p, a source; NULL: there is none. */
 static inline void k_relax_block(const k_row *restrict row, const k_entry *restrict entry, const float *constant,
                                  double *value, int64_t begin, int64_t end, unsigned parity, k_change *change)
 {
@@ -120,8 +127,9 @@ static inline void k_relax_block(const k_row *restrict row, const k_entry *restr
     for (int64_t start = begin; start < begin + 2; ++start) {
         for (int64_t p = start; p < end; p += 2) {
             const double old = value[(2 * p + 1) ^ parity];
-            const k_entry *e = &entry[row[p].begin], *const e_end = &entry[row[p + 1].begin];
-            double sum = row[p].keep * old;
+            const k_row *own = &row[p - begin];
+            const k_entry *e = &entry[own[0].begin], *const e_end = &entry[own[1].begin];
+            double sum = own->keep * old;
             if (constant != NULL) sum += (double)constant[p];
             for (; e + 2 < e_end; e += 3) {
                 sum += (double)e[0].coefficient * value[e[0].slot ^ parity];
@@ -131,20 +139,21 @@ static inline void k_relax_block(const k_row *restrict row, const k_entry *restr
             for (; e < e_end; ++e)
                 sum += (double)e->coefficient * value[e->slot ^ parity];
             value[(2 * p) ^ parity] = sum;
-            moved += (double)row[p].weight * ((sum - old) * (sum - old));
-            size += (double)row[p].weight * (sum * sum);
+            moved += (double)own->weight * ((sum - old) * (sum - old));
+            size += (double)own->weight * (sum * sum);
         }
     }
     change->square[parity] = size > 0.0 ? (float)(moved / size) : size == 0.0 ? 0.0f : HUGE_VALF;
     change->size = (float)size;
 }
 
-/* Right side minus left side of row p, whose heat is constant: what relaxing it now would add to its value. */
+/* Right side minus left side of the row of place p, whose heat is constant: what relaxing it now would add to its
+ * value. */
 static inline double k_row_step(const k_row *restrict row, const k_entry *restrict entry, double constant,
                                 const double *value, int64_t p)
 {
-    double sum = constant + row[p].keep * value[2 * p];
-    for (uint32_t k = row[p].begin; k < row[p + 1].begin; ++k)
+    double sum = constant + row[0].keep * value[2 * p];
+    for (uint32_t k = row[0].begin; k < row[1].begin; ++k)
         sum += (double)entry[k].coefficient * value[entry[k].slot & ~1u];
     return sum - value[2 * p];
 }

@@ -11,9 +11,9 @@ static void relax_blocks(const k_row *row, const k_entry *entry, const float *co
     for (int64_t b = begin; b < end; b += block_rows, ++change) {
         const int64_t block_end = b + block_rows < end ? b + block_rows : end;
         if (constant == NULL)
-            k_relax_block(row, entry, NULL, value, b, block_end, parity, change);
+            k_relax_block(row + (b - begin), entry, NULL, value, b, block_end, parity, change);
         else
-            k_relax_block(row, entry, constant, value, b, block_end, parity, change);
+            k_relax_block(row + (b - begin), entry, constant, value, b, block_end, parity, change);
     }
 }
 

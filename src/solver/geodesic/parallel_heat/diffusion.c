@@ -14,12 +14,13 @@
 
 #include <string.h>
 
-#define CHUNK_BLOCKS        4
-#define CALM_OVER_TOLERANCE 0.25 /* a block that changes by less is not relaxed, see is_calm */
-#define WORST_BLOCK         2.0
-#define MIN_RATIO           0.4
-#define MAX_RATIO           0.98
-#define RING                512 /* steps in flight: at most MAX_UPDATES / 2 + 2; a power of two */
+#define CHUNK_BLOCKS             4
+#define CALM_OVER_TOLERANCE      0.25 /* a block that changes by less is not relaxed, see is_calm */
+#define WORST_BLOCK              2.0
+#define UNSETTLED_OVER_TOLERANCE 3.0
+#define MIN_RATIO                0.4
+#define MAX_RATIO                0.98
+#define RING                     512 /* steps in flight: at most MAX_UPDATES / 2 + 2; a power of two */
 /* A relative change e of the values, root mean square over a level, turns the directions by about 3 e sqrt(m), eq. (8):
  * where values settle evenly, and by up to five times that on a scan with patches of small triangles, measured against
  * converged solutions: the estimate is made to hold for both. */
@@ -35,7 +36,8 @@ typedef enum act {
     ACT_LINK_OUTWARD_AND_RELAX,
     ACT_RELAX,
     ACT_RELAX_ALL, /* calm blocks, too */
-    ACT_FINISH
+    ACT_FINISH,
+    ACT_CHECK
 } act;
 
 typedef struct unit {
@@ -51,6 +53,10 @@ typedef struct march {
     float calm;       /* square of the relative change that is next to nothing */
     int64_t time;
     int64_t first[RING], final[RING];
+    bool settles;                  /* where the heat gives only an order, what settles late does not matter */
+    int64_t n_finished, n_checked; /* levels: final; and looked at once more, with the levels around them final */
+    bool is_unsettled;             /* some block was not satisfied */
+    loxo_status status;
     int n_units;
     unit units[RING];
     int64_t chunk_begin[RING + 1]; /* of the units */
@@ -82,7 +88,8 @@ static void relax(parallel_heat *g, unit u, int64_t first, int64_t last)
         const int64_t at = heat_block(g, u.level, first), room = g->n_ring - at;
         const int64_t until = first + room < last ? first + room : last;
         const int64_t stop = base + until * BLOCK_ROWS < end ? base + until * BLOCK_ROWS : end;
-        g->kernels->relax_blocks(g->row, g->entry, constant, g->value, base + first * BLOCK_ROWS, stop, BLOCK_ROWS,
+        const int64_t begin = base + first * BLOCK_ROWS;
+        g->kernels->relax_blocks(heat_row(g, u.level, begin), g->entry, constant, g->value, begin, stop, BLOCK_ROWS,
                                  (unsigned)u.step & 1u, &g->change[at]);
         first = until;
     }
@@ -167,8 +174,32 @@ static int64_t do_blocks(parallel_heat *g, unit u, int64_t first, float calm)
         for (int64_t p = begin; p < end; ++p)
             g->value[(2 * p) ^ parity] = g->value[(2 * p + 1) ^ parity];
         break;
+    case ACT_CHECK: break; /* march_work */
     }
     return 0;
+}
+
+/* Whether one relaxing would still change a block of a level that is final, and its neighbours too, by so much that the
+ * settling is to look at it: it does so by cells of as many places, which the last block of a level is but a part of. */
+static bool is_unsettled(const parallel_heat *g, int64_t level, int64_t block, double tolerance)
+{
+    const int64_t begin = g->level_begin[level] + block * BLOCK_ROWS, end = begin + block_size(g, level, block);
+    const k_row *row = heat_row(g, level, begin);
+    double moved = 0.0, size = 0.0;
+    for (int64_t p = begin; p < end; ++p, ++row) {
+        const double step = k_row_step(row, g->entry, level == 0 ? (double)g->first[p] : 0.0, g->value, p);
+        moved += (double)row->weight * (step * step);
+        size += (double)row->weight * (g->value[2 * p] * g->value[2 * p]);
+    }
+    const double most = UNSETTLED_OVER_TOLERANCE * tolerance;
+    return size != 0.0 && !(moved * (double)(end - begin) <= most * most * size * BLOCK_ROWS);
+}
+
+static void check_blocks(march *s, int64_t level, int64_t first)
+{
+    const int64_t n = n_blocks(s->g, level), last = first + CHUNK_BLOCKS < n ? first + CHUNK_BLOCKS : n;
+    for (int64_t b = first; b < last; ++b)
+        if (is_unsettled(s->g, level, b, s->tolerance)) __atomic_store_n(&s->is_unsettled, true, __ATOMIC_RELAXED);
 }
 
 /* Relative change of a level that later updates would still make, root mean square weighted by area. Every block's
@@ -196,6 +227,10 @@ static int due(march *s, unit *units)
     const int64_t time = s->time;
     int n_units = 0;
     const int64_t n_levels = g->n_levels;
+    const int64_t to_check = s->n_finished == n_levels ? n_levels : s->n_finished - 1;
+    for (int64_t level = s->n_checked; s->settles && level < to_check; ++level)
+        units[n_units++] = (unit){.act = ACT_CHECK, .level = level};
+    if (s->n_finished == n_levels) return n_units;
     const int64_t build = (time + 2) / 3, link = (time + 1) / 3;
     if ((time + 2) % 3 == 0 && build < n_levels)
         units[n_units++] = (unit){.act = ACT_BUILD, .level = build, .step = build};
@@ -224,6 +259,8 @@ static void conclude(march *s)
 {
     for (int i = 0; i < s->n_units; ++i) {
         const unit u = s->units[i];
+        if (u.act == ACT_FINISH) s->n_finished = u.level + 1;
+        if (u.act == (s->settles ? ACT_CHECK : ACT_FINISH)) s->n_checked = u.level + 1;
         if (u.act != ACT_RELAX && u.act != ACT_LINK_OUTWARD_AND_RELAX) continue;
         const int64_t n_updates = u.step - u.level + 1;
         s->result.n_updates += level_size(s->g, u.level);
@@ -252,12 +289,12 @@ static int64_t march_advance(void *arg)
 {
     march *s = arg;
     conclude(s);
-    if (s->n_units > 0) { /* over when the last level was finished */
-        const unit last = s->units[s->n_units - 1];
-        if (last.act == ACT_FINISH && last.level == s->g->n_levels - 1) return -1;
-    }
+    heat_window_leave(s->g, s->n_checked);
+    if (s->n_checked == s->g->n_levels) return -1;
     __atomic_store_n(&s->time, s->time + 1, __ATOMIC_RELAXED); /* the poll looks at it */
     s->n_units = due(s, s->units);
+    for (int i = 0; i < s->n_units; ++i)
+        if (s->units[i].act == ACT_BUILD && (s->status = heat_window_take_in(s->g, s->units[i].level)) < 0) return -1;
     return cut_units(s->g, s->units, s->n_units, s->chunk_begin);
 }
 
@@ -267,6 +304,10 @@ static void march_work(void *arg, int64_t chunk)
     int i = 0;
     while (chunk >= s->chunk_begin[i + 1])
         ++i;
+    if (s->units[i].act == ACT_CHECK) {
+        check_blocks(s, s->units[i].level, (chunk - s->chunk_begin[i]) * CHUNK_BLOCKS);
+        return;
+    }
     const int64_t n_kept = do_blocks(s->g, s->units[i], (chunk - s->chunk_begin[i]) * CHUNK_BLOCKS, s->calm);
     if (n_kept > 0) __atomic_sub_fetch(&s->result.n_updates, n_kept, __ATOMIC_RELAXED);
 }
@@ -323,32 +364,40 @@ static void clear_values(parallel_heat *g)
 
 loxo_status heat_march(parallel_heat *g, diffusion_result *result)
 {
+    loxo_status status = LOXO_OK;
     march *s = loxo_allocate_zero(g->ctx, 1, sizeof *s);
     if (s == NULL) return LOXO_ERR_MEMORY;
     const double directions = DIRECTIONS_PER_CHANGE * sqrt(g->settings.time_factor);
     const loxo_phases phases = {march_advance, march_work, march_poll, s};
     s->g = g;
-    s->tolerance = g->settings.diffusion_tolerance / directions;
+    s->settles = !heat_unfolds(&g->settings);
+    s->tolerance = heat_tolerance(&g->settings) / directions;
     s->calm = (float)((CALM_OVER_TOLERANCE * s->tolerance) * (CALM_OVER_TOLERANCE * s->tolerance));
     s->time = -3;
     clear_values(g);
+    if ((status = heat_window_begin(g, false)) < 0) goto done;
     const bool is_stopped = loxo_phases_run(&phases, threads_for_levels(g));
+    if ((status = s->status) < 0) goto done;
     if (is_stopped) cut_at_front(g, s->time / 3 < g->n_levels ? s->time / 3 : g->n_levels);
     *result = s->result;
     result->stopped = is_stopped;
     result->n_reached = g->n_reached;
-    if (!is_stopped) heat_settle(g, s->tolerance, result);
+    heat_window_end(g);
+    if (!is_stopped && s->settles && (s->is_unsettled || result->n_forced > 0)) heat_settle(g, s->tolerance, result);
     result->is_settled = !is_stopped && result->n_unsettled == 0 && result->change <= s->tolerance;
     result->change *= directions;
     result->n_nonpositive = count_nonpositive(g);
+done:
+    heat_window_end(g);
     loxo_release(g->ctx, s);
-    return LOXO_OK;
+    return status;
 }
 
 /* Levels one after the other: first built, then linked, then relaxed n_sweeps - 1 times. */
 typedef struct sweeping {
     parallel_heat *g;
     unit unit;
+    loxo_status status;
 } sweeping;
 
 /* Sweeps take in all levels before they relax any: ways of different decay meet with values hundreds of octaves apart,
@@ -367,7 +416,8 @@ static void even_out_scales(parallel_heat *g, int64_t level)
         g->value[2 * p] *= factor;
         g->value[2 * p + 1] *= factor;
         g->first[p] = (float)((double)g->first[p] * factor);
-        for (uint32_t k = g->row[p].begin; k < g->row[p + 1].begin; ++k) /* the others are not linked yet */
+        const k_row *row = heat_row(g, level, p);
+        for (uint32_t k = row[0].begin; k < row[1].begin; ++k) /* the others are not linked yet */
             if ((int64_t)(g->entry[k].slot >> 1) < begin)
                 g->entry[k].coefficient = (float)((double)g->entry[k].coefficient * factor);
     }
@@ -387,6 +437,7 @@ static int64_t sweep_advance(void *arg)
             if (s->unit.step >= s->g->settings.n_sweeps) return -1;
         }
     }
+    if (s->unit.act == ACT_BUILD_PLAIN && (s->status = heat_window_take_in(s->g, s->unit.level)) < 0) return -1;
     return (n_blocks(s->g, s->unit.level) + CHUNK_BLOCKS - 1) / CHUNK_BLOCKS;
 }
 
@@ -416,7 +467,11 @@ loxo_status heat_sweep(parallel_heat *g, diffusion_result *result)
     sweeping s = {.g = g, .unit = {.act = ACT_BUILD_PLAIN, .level = -1}};
     const loxo_phases phases = {sweep_advance, sweep_work, sweep_poll, &s};
     clear_values(g);
+    loxo_status status = heat_window_begin(g, true);
+    if (status < 0) return status;
     const bool is_stopped = loxo_phases_run(&phases, threads_for_levels(g));
+    heat_window_end(g);
+    if (s.status < 0) return s.status;
     const int64_t n_done = is_stopped ? s.unit.step + 1 : g->settings.n_sweeps;
     if (s.unit.act == ACT_BUILD_PLAIN) cut_at_front(g, s.unit.level);
     const int64_t parity = (n_done - 1) & 1;

@@ -6,6 +6,7 @@
 
 #define SHARE_OF_GAIN       0.5 /* how far omega goes from 1 towards the local limit, see relaxation() */
 #define MAX_GAIN            4.0
+#define SETTLING_GAIN       1.6 /* for relaxing in place: more is slow on slivers */
 #define MOST_OCTAVES        100
 #define SAFETY_OF_SPLITTING 0.95
 
@@ -85,29 +86,41 @@ static inner_sum borrow_from_parent(const parallel_heat *g, int64_t place, unsig
     return (inner_sum){.sum = value > 0.0 ? 0.25 * value : 0.25, .gain = 1.0, .scale = g->scale[q]};
 }
 
-/* Lengths are in units of the mean edge length: t is the time factor. */
-static void build_row(parallel_heat *g, int64_t level, int64_t place, int64_t block, bool is_plain)
+/* What a row is made of: its weights in entries, with vertices for slots; lengths in units of the mean edge length,
+ * so that t is the time factor. */
+typedef struct row_terms {
+    double area, time, diagonal;
+} row_terms;
+
+static row_terms make_terms(const parallel_heat *g, k_face_shapes *kept, int64_t place, uint32_t n, k_entry *entry)
+{
+    const loxo_index v = g->order[place];
+    const double unit = 1.0 / (g->mean_edge_length * g->mean_edge_length);
+    const float area = n > 0 ? (float)(unit * k_cotangent_row(&g->m, kept, v, entry)) : 0.0f;
+    row_terms t = {.area = (double)area, .time = g->settings.time_factor};
+    double weight_sum = 0.0;
+    for (uint32_t k = 0; k < n; ++k)
+        weight_sum += (double)entry[k].coefficient;
+    t.diagonal = t.area + t.time * weight_sum;
+    if (t.diagonal > 0.0 && isfinite(t.diagonal)) return t;
+    for (uint32_t k = 0; k < n; ++k) /* all faces without area: the mean of the neighbours */
+        entry[k].coefficient = 1.0f;
+    return (row_terms){.area = 0.0, .time = 1.0, .diagonal = (double)n};
+}
+
+static void build_row(parallel_heat *g, int64_t level, int64_t place, int64_t block, bool is_plain, k_row *row,
+                      k_face_shapes *kept)
 {
     const int64_t level_begin = g->level_begin[level], level_end = g->level_begin[level + 1];
     const int64_t block_end = block + BLOCK_ROWS < level_end ? block + BLOCK_ROWS : level_end;
     const unsigned parity = (unsigned)(level + 1) & 1u; /* of the step before the one that takes this level in */
-    k_row *row = &g->row[place];
     k_entry *entry = &g->entry[row->begin];
-    const uint32_t n = g->row[place + 1].begin - row->begin;
-    double area = (double)row->weight, time = g->settings.time_factor, weight_sum = 0.0;
-    for (uint32_t k = 0; k < n; ++k)
-        weight_sum += (double)entry[k].coefficient;
-    double diagonal = area + time * weight_sum;
-    if (!(diagonal > 0.0) || !isfinite(diagonal)) { /* all faces without area: the mean of the neighbours */
-        for (uint32_t k = 0; k < n; ++k)
-            entry[k].coefficient = 1.0f;
-        area = 0.0;
-        time = 1.0;
-        diagonal = (double)n;
-    }
+    const uint32_t n = row[1].begin - row[0].begin;
+    const row_terms t = make_terms(g, kept, place, n, entry);
+    const double area = t.area, time = t.time, diagonal = t.diagonal;
     double crossing = 0.0;
     for (uint32_t k = 0; k < n; ++k) {
-        const int64_t q = entry[k].slot;
+        const int64_t q = g->rank[entry[k].slot];
         uint32_t kind = q < level_begin ? 0 : 1;
         if (!is_plain && q >= block && q < block_end)
             kind = is_relaxed_before(block, q, place) ? 0 : 1;
@@ -155,7 +168,8 @@ static void find_reach(parallel_heat *g, int64_t level, int64_t begin, int64_t e
     const int64_t base[3] = {level > 0 ? g->level_begin[level - 1] : 0, level_begin, level_end};
     int64_t inner_first = INT64_MAX, inner_last = -1, own_first = begin, own_last = end - 1, outer_first = INT64_MAX,
             outer_last = -1;
-    for (uint32_t k = g->row[begin].begin; k < g->row[end].begin; ++k) {
+    const k_row *row = heat_row(g, level, begin);
+    for (uint32_t k = row[0].begin; k < row[end - begin].begin; ++k) {
         const int64_t q = g->entry[k].slot >> 1;
         if (q < level_begin) {
             inner_first = q < inner_first ? q : inner_first;
@@ -177,22 +191,44 @@ static void find_reach(parallel_heat *g, int64_t level, int64_t begin, int64_t e
     }
 }
 
+/* For the rows of the next places. */
+static void fetch_around(const parallel_heat *g, int64_t begin, int64_t end)
+{
+    k_walks walks = {.n = 0};
+    for (int64_t p = begin; p < end && walks.n < K_BESIDE; ++p)
+        k_walks_add(&g->m, &walks, g->order[p]);
+    for (int step = 0; step < K_STEPS; ++step) {
+        k_walks_step(&g->m, &walks);
+        for (int i = 0; i < walks.n; ++i) {
+            if (walks.to[i] < 0) continue;
+            __builtin_prefetch(&g->rank[walks.to[i]], 0, 3);
+            k_prefetch_position(&g->m, walks.to[i]);
+        }
+    }
+}
+
 /* begin..end-1 are whole blocks of the level. */
 void heat_build_rows(parallel_heat *g, int64_t level, int64_t begin, int64_t end, bool is_plain)
 {
+    k_face_shapes kept;
+    k_forget_shapes(&kept);
     for (int64_t block = begin; block < end; block += BLOCK_ROWS) {
         const int64_t block_end = block + BLOCK_ROWS < end ? block + BLOCK_ROWS : end;
-        for (int64_t p = block; p < block_end; ++p)
-            build_row(g, level, p, block, is_plain);
+        k_row *row = heat_row(g, level, block);
+        for (int64_t p = block; p < block_end; ++p, ++row) {
+            if ((p - block) % K_BESIDE == 0) fetch_around(g, p, block_end);
+            build_row(g, level, p, block, is_plain, row, &kept);
+        }
         if (!is_plain) find_reach(g, level, block, block_end);
     }
 }
 
 /* Multiplies in the scales of the neighbours whose places are in from..to-1. */
-static void link(parallel_heat *g, int64_t begin, int64_t end, int64_t from, int64_t to)
+static void link(parallel_heat *g, int64_t level, int64_t begin, int64_t end, int64_t from, int64_t to)
 {
-    for (int64_t p = begin; p < end; ++p)
-        for (uint32_t k = g->row[p].begin; k < g->row[p + 1].begin; ++k) {
+    const k_row *row = heat_row(g, level, begin);
+    for (int64_t p = begin; p < end; ++p, ++row)
+        for (uint32_t k = row[0].begin; k < row[1].begin; ++k) {
             const int64_t q = g->entry[k].slot >> 1;
             if (q < from || q >= to) continue;
             g->entry[k].coefficient = scaled(g->entry[k].coefficient, (int64_t)g->scale[q] - g->scale[p]);
@@ -201,10 +237,47 @@ static void link(parallel_heat *g, int64_t begin, int64_t end, int64_t from, int
 
 void heat_link_level(parallel_heat *g, int64_t level, int64_t begin, int64_t end)
 {
-    link(g, begin, end, g->level_begin[level], g->level_begin[level + 1]);
+    link(g, level, begin, end, g->level_begin[level], g->level_begin[level + 1]);
 }
 
 void heat_link_outward(parallel_heat *g, int64_t level, int64_t begin, int64_t end)
 {
-    link(g, begin, end, g->level_begin[level + 1], g->n_reached);
+    link(g, level, begin, end, g->level_begin[level + 1], g->n_reached);
+}
+
+/* For relaxing in place nothing limits omega but the row's own optimum: the matrix is positive definite. */
+static void make_whole_row(const parallel_heat *g, int64_t place, k_row *row, k_entry *entry, k_face_shapes *kept)
+{
+    const uint32_t n = row[1].begin - row[0].begin;
+    const row_terms t = make_terms(g, kept, place, n, entry);
+    const double omega = place < g->level_begin[1] ? 1.0 : relaxation(SETTLING_GAIN, t.area, t.diagonal, 0.0);
+    const double value = g->value[2 * place];
+    double sum = omega * t.area / t.diagonal;
+    for (uint32_t k = 0; k < n; ++k) {
+        const int64_t q = g->rank[entry[k].slot];
+        const float c = (float)(omega * t.time / t.diagonal * (double)entry[k].coefficient);
+        sum += (double)c;
+        entry[k].slot = (uint32_t)(2 * q);
+        entry[k].coefficient = scaled(c, (int64_t)g->scale[q] - g->scale[place]);
+    }
+    row->keep = 1.0 - sum;
+    row->weight = value != 0.0 ? (float)(t.area / (value * value) / g->area) : 0.0f;
+}
+
+void heat_make_all_rows(const parallel_heat *g, k_row *row, k_entry *entry)
+{
+    uint32_t n_entries = 0;
+    for (int64_t p = 0; p < g->n_reached; ++p) {
+        row[p].begin = n_entries;
+        n_entries += k_degree(&g->m, g->order[p]);
+    }
+    row[g->n_reached].begin = n_entries;
+#pragma omp parallel num_threads(loxo_threads_for(g->ctx, g->n_reached, 100.0))
+    {
+        const loxo_range r = loxo_thread_range(g->n_reached);
+        k_face_shapes kept;
+        k_forget_shapes(&kept);
+        for (int64_t p = r.begin; p < r.end; ++p)
+            make_whole_row(g, p, &row[p], &entry[row[p].begin], &kept);
+    }
 }

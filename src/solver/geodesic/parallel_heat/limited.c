@@ -155,9 +155,9 @@ static bool find_region(parallel_heat *g, const geodesic_seed *seeds, int64_t n_
         }
         if (r->n_levels++ >= last) return true;
         for (int64_t p = begin; p < end; ++p) {
-            const loxo_index v = g->order[p];
-            for (uint32_t k = g->fan[v].begin; k < g->fan[v + 1].begin; ++k)
-                take_in(g, r, (loxo_index)g->fan_entry[k].slot);
+            k_around around = k_around_vertex(&g->m, g->order[p]);
+            for (loxo_index to; (to = k_around_next(&g->m, &around)) >= 0;)
+                take_in(g, r, to);
         }
         begin = end;
     }
@@ -196,7 +196,7 @@ typedef struct small_mesh {
     float (*position_float)[3];
     double *halfedge_length;
     loxo_index *halfedge_vertex, *halfedge_twin, *vertex_halfedge;
-    int64_t n_faces, n_entries;
+    int64_t n_faces, n_boundary_edges;
 } small_mesh;
 
 /* Whether all corners of the face of h are in the region, and v is the least of them, h the first half-edge that starts
@@ -211,16 +211,13 @@ static bool is_owned(const parallel_heat *g, loxo_index h, int64_t v)
     return true;
 }
 
-/* Faces that vertex i of the region owns go to list, NULL: are counted. */
+/* Faces that vertex i of the region owns go to list. */
 static int64_t owned_faces(const parallel_heat *g, const loxo_index *vertex, int64_t i, loxo_index *list)
 {
     const loxo_index start = g->m.vertex_halfedge[vertex[i]];
     int64_t n = 0;
     for (loxo_index h = start; h >= 0;) {
-        if (is_owned(g, h, i)) {
-            if (list != NULL) list[n] = (loxo_index)(h / 3);
-            ++n;
-        }
+        if (is_owned(g, h, i)) list[n++] = (loxo_index)(h / 3);
         h = g->m.halfedge_twin[k_previous(h)];
         if (h == start) break;
     }
@@ -272,45 +269,63 @@ static void fill_faces(const parallel_heat *g, small_mesh *small)
         }
 }
 
-/* At the rim the first half-edge of one of the pieces that are left of a vertex's faces. */
-static void link_vertices(int64_t n, small_mesh *small)
+/* Walks around a vertex begin where they do in the whole mesh, or else numbers would come in another order. At the
+ * rim, where that face is missing, anywhere. */
+static void link_vertices(const parallel_heat *g, int64_t n, small_mesh *small)
 {
-    for (int64_t i = 0; i < n; ++i)
-        small->vertex_halfedge[i] = -1;
+    for (int64_t i = 0; i < n; ++i) {
+        const loxo_index h = g->m.vertex_halfedge[small->vertex[i]];
+        const loxo_index f = h >= 0 ? local_face(g, small, h / 3) : -1;
+        small->vertex_halfedge[i] = f >= 0 ? (loxo_index)(3 * f + h % 3) : -1;
+    }
     for (int64_t h = 0; h < 3 * small->n_faces; ++h) {
         loxo_index *at = &small->vertex_halfedge[small->halfedge_vertex[h]];
-        if (*at < 0 || small->halfedge_twin[h] < 0) *at = (loxo_index)h;
+        if (*at < 0) *at = (loxo_index)h;
     }
 }
 
-static void fill_vertices(const parallel_heat *g, int64_t n, small_mesh *small, parallel_heat *sub)
+static void fill_vertices(const parallel_heat *g, int64_t n, const small_mesh *small)
 {
-    uint32_t n_entries = 0;
     for (int64_t i = 0; i < n; ++i) {
         const loxo_index v = small->vertex[i];
         if (small->position != NULL)
             memcpy(small->position[i], g->m.position[v], sizeof small->position[i]);
         else if (small->position_float != NULL)
             memcpy(small->position_float[i], g->m.position_float[v], sizeof small->position_float[i]);
-        sub->fan[i] = (k_fan){n_entries, g->fan[v].area};
-        for (uint32_t k = g->fan[v].begin; k < g->fan[v + 1].begin; ++k) {
-            const loxo_index to = g->rank[g->fan_entry[k].slot];
-            if (to >= 0) sub->fan_entry[n_entries++] = (k_entry){(uint32_t)to, g->fan_entry[k].coefficient};
-        }
     }
-    sub->fan[n] = (k_fan){n_entries, 0.0f};
 }
 
-/* Vertices to the front of the loose memory, sorted and ranked, faces and entries counted. */
+static bool is_inside(const parallel_heat *g, int64_t f)
+{
+    const loxo_index *corner = &g->m.halfedge_vertex[3 * f];
+    return g->rank[corner[0]] >= 0 && g->rank[corner[1]] >= 0 && g->rank[corner[2]] >= 0;
+}
+
+/* Half-edges of a face that vertex i of the region owns with no face of the region beyond. */
+static int64_t rim_of(const parallel_heat *g, int64_t f)
+{
+    int64_t n = 0;
+    for (int64_t h = 3 * f; h < 3 * f + 3; ++h)
+        n += g->m.halfedge_twin[h] < 0 || !is_inside(g, g->m.halfedge_twin[h] / 3) ? 1 : 0;
+    return n;
+}
+
+/* Vertices to the front of the loose memory, sorted and ranked, faces and boundary edges counted. */
 static void count_small(parallel_heat *g, int64_t n, loxo_index *vertex, small_mesh *small)
 {
     sort_indices(g->order, vertex, n);
     for (int64_t i = 0; i < n; ++i)
         g->rank[vertex[i]] = (loxo_index)i;
     for (int64_t i = 0; i < n; ++i) {
-        small->n_faces += owned_faces(g, vertex, i, NULL);
-        for (uint32_t k = g->fan[vertex[i]].begin; k < g->fan[vertex[i] + 1].begin; ++k)
-            small->n_entries += g->rank[g->fan_entry[k].slot] >= 0;
+        const loxo_index start = g->m.vertex_halfedge[vertex[i]];
+        for (loxo_index h = start; h >= 0;) {
+            if (is_owned(g, h, i)) {
+                ++small->n_faces;
+                small->n_boundary_edges += rim_of(g, h / 3);
+            }
+            h = g->m.halfedge_twin[k_previous(h)];
+            if (h == start) break;
+        }
     }
 }
 
@@ -329,7 +344,7 @@ static bool make_small(parallel_heat *g, int64_t n, small_mesh *small, parallel_
                            .mean_edge_length = g->mean_edge_length,
                            .time = g->time,
                            .area = g->area,
-                           .n_boundary_edges = small->n_entries - 3 * small->n_faces};
+                           .n_boundary_edges = small->n_boundary_edges};
     sub->m = (loxo_mesh_view){.n_vertices = n, .n_faces = small->n_faces, .genus = -1, .n_boundary_loops = -1};
     lay_out_small(g, n, small, sub);
     if (sub->arena.overflow || sub->arena.size > n_loose) return false;
@@ -343,8 +358,8 @@ static bool make_small(parallel_heat *g, int64_t n, small_mesh *small, parallel_
     }
     small->face_begin[n] = n_faces;
     fill_faces(g, small);
-    link_vertices(n, small);
-    fill_vertices(g, n, small, sub);
+    link_vertices(g, n, small);
+    fill_vertices(g, n, small);
     sub->m.position = (const double(*)[3])small->position;
     sub->m.position_float = (const float(*)[3])small->position_float;
     sub->m.halfedge_length = small->halfedge_length;

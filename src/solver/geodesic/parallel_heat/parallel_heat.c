@@ -10,6 +10,10 @@
 #include <inttypes.h>
 #include <math.h>
 
+#define TOLERANCE_OF_ORDER 0.1
+#define RING_SHARE         5     /* sixteenths of the places whose rows fit into the rings, */
+#define LEAST_RING         65536 /* but so many places at least */
+
 void heat_clock(parallel_heat *g, loxo_geodesic_phase phase, loxo_geodesic_info *info)
 {
     const double now = loxo_os_clock_s();
@@ -38,14 +42,33 @@ bool heat_unfolds(const loxo_geodesic_settings *settings)
     return settings->recovery == LOXO_RECOVERY_UNFOLD || (settings->recovery == LOXO_RECOVERY_AUTO && !has_changed);
 }
 
+double heat_tolerance(const loxo_geodesic_settings *settings)
+{
+    const double usual = loxo_geodesic_settings_default().diffusion_tolerance;
+    if (settings->diffusion_tolerance != usual || !heat_unfolds(settings)) return settings->diffusion_tolerance;
+    return TOLERANCE_OF_ORDER;
+}
+
+/* A window is some hundred levels wide, and a part of a large mesh. All places, and one more a level, where the settling
+ * needs them or every level is to stay. */
+static void lay_out_rings(parallel_heat *g)
+{
+    const int64_t n = g->m.n_vertices, n_entries = 3 * g->m.n_faces + g->n_boundary_edges, part = RING_SHARE * (n / 16);
+    const int64_t most = n + n / 4 + 64, wanted = part > LEAST_RING ? part : LEAST_RING;
+    const bool is_whole =
+        g->settings.diffusion == LOXO_DIFFUSION_SWEEPS || !heat_unfolds(&g->settings) || wanted >= most;
+    g->n_ring_rows = is_whole ? most : wanted;
+    g->n_ring_entries = is_whole ? n_entries : (int64_t)((double)n_entries * ((double)wanted / (double)n));
+    g->ring_row = loxo_arena_take(&g->arena, g->n_ring_rows, sizeof *g->ring_row);
+    g->ring_entry = loxo_arena_take(&g->arena, g->n_ring_entries, sizeof *g->ring_entry);
+}
+
 /* Hands out the workspace; while the arena has no block this only adds up its size. What the diffusion and the recovery
  * use stands in the same place. */
 void heat_lay_out(parallel_heat *g)
 {
     loxo_arena *a = &g->arena;
     const int64_t n = g->m.n_vertices, n_faces = g->m.n_faces;
-    g->fan = loxo_arena_take(a, n + 1, sizeof *g->fan);
-    g->fan_entry = loxo_arena_take(a, 3 * n_faces + g->n_boundary_edges, sizeof *g->fan_entry);
     g->most_levels = n < 1024 ? n : 1024 + n / 64; /* few surfaces have more */
     g->level_begin = loxo_arena_take(a, g->most_levels + 1, sizeof *g->level_begin);
     g->order = loxo_arena_take(a, n, sizeof *g->order);
@@ -60,8 +83,8 @@ void heat_lay_out(parallel_heat *g)
     g->n_ring = n / BLOCK_ROWS + MAX_UPDATES + 100;
     g->change = loxo_arena_take(a, g->n_ring, sizeof *g->change);
     g->reach = loxo_arena_take(a, g->n_ring, sizeof *g->reach);
-    g->row = loxo_arena_take(a, n + 1, sizeof *g->row);
-    g->entry = loxo_arena_take(a, 3 * n_faces + g->n_boundary_edges, sizeof *g->entry);
+    g->degree = (uint32_t *)(void *)g->first;
+    lay_out_rings(g);
 
     loxo_arena_release(a, mark);
     if (heat_unfolds(&g->settings)) {
@@ -148,7 +171,6 @@ static loxo_status parallel_heat_create(const geodesic_problem *problem, void **
     if ((status = loxo_arena_reserve(ctx, &g->arena, "geodesic: the workspace")) < 0) return status;
     heat_lay_out(g);
     touch_workspace(g);
-    if ((status = heat_make_fans(g)) < 0) return status;
     if (g->settings.global_constraints) status = loxo_cycle_basis(ctx, &g->m, &g->cycles);
     return status;
 }
@@ -378,14 +400,13 @@ static size_t parallel_heat_bytes(const geodesic_problem *problem)
     return bytes;
 }
 
-/* vertex_ns at 1M vertices in local order, processor time of one thread of an AMD EPYC with AVX-512, a source that lies
- * on no symmetry, best of eight: icosphere 410 and 480, bumpy sphere 450 and 550, folded brain 450 and 550. A source on
- * a symmetry of the icosphere: 320 and 420. */
+/* vertex_ns at 1M vertices in local order, user time of one thread of an AMD EPYC with AVX-512, a source that lies on no
+ * symmetry, bumpy sphere, least of three on a busy machine. */
 #define ENGINE(ns)                                                                                                     \
     {                                                                                                                  \
         .bytes = parallel_heat_bytes, .vertex_ns = (ns), .growth = 0.03, .create = parallel_heat_create,               \
         .solve = parallel_heat_solve, .destroy = parallel_heat_destroy, .room = parallel_heat_room,                    \
         .touched = parallel_heat_touched, .heat = parallel_heat_heat, .give_heat = parallel_heat_give                  \
     }
-const geodesic_engine geodesic_engine_edge = ENGINE(440.0);
-const geodesic_engine geodesic_engine_face = ENGINE(530.0);
+const geodesic_engine geodesic_engine_edge = ENGINE(600.0);
+const geodesic_engine geodesic_engine_face = ENGINE(700.0);

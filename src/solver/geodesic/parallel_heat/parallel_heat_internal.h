@@ -24,6 +24,11 @@ typedef struct block_reach {
     int32_t first[3], last[3];
 } block_reach;
 
+/* Where the rows of a level in flight stand: one more than it has places, which ends the last, and their entries. */
+typedef struct level_rows {
+    int64_t row, entry, n_entries;
+} level_rows;
+
 /* Arrays in breadth-first order stand at index p («place»), those of the mesh at v or f or h. */
 typedef struct parallel_heat {
     const geodesic_problem *problem;
@@ -53,9 +58,6 @@ typedef struct parallel_heat {
 
     loxo_arena arena;
     size_t loose_begin; /* from here on the block is a solve's own */
-    /* rows of the cotangent matrix in the mesh's order, areas in units of mean_edge_length^2 */
-    k_fan *fan;         /* [n_vertices + 1] */
-    k_entry *fan_entry; /* [3 n_faces + n_boundary_edges] */
     /* breadth-first levels of the current sources: 3 arrays of 4 bytes a vertex, and a little */
     loxo_index *order;       /* [n_vertices] place -> vertex; the reached ones first */
     loxo_index *rank;        /* [n_vertices] vertex -> place; -1 not reached */
@@ -73,8 +75,18 @@ typedef struct parallel_heat {
     k_change *change;   /* [n_ring] of the blocks of the levels in flight, and */
     block_reach *reach; /* [n_ring] whom they look at, see heat_block */
     int64_t n_ring;
-    k_row *row;     /* [n_vertices + 1] */
-    k_entry *entry; /* [3 n_faces + n_boundary_edges] */
+    uint32_t *degree;    /* [n_vertices] entries of a place, until first takes its room */
+    k_row *ring_row;     /* [n_ring_rows] */
+    k_entry *ring_entry; /* [n_ring_entries] */
+    int64_t n_ring_rows, n_ring_entries;
+    /* rows of the levels in flight, see window.c */
+    k_row *row;     /* [row_room] */
+    k_entry *entry; /* [entry_room] */
+    int64_t row_room, entry_room, row_end, entry_end, oldest_level;
+    bool has_all_levels;
+    level_rows *level_rows; /* during a diffusion */
+    k_row *more_rows;       /* where row and entry stand when the rings do not hold the window; */
+    k_entry *more_entries;  /* allocations of their own */
 
     double *distance; /* [n_vertices] the result in the mesh's order; of ADMM over found_by and what follows */
     /* recovery by unfolding, after distance; see unfold.c */
@@ -112,9 +124,6 @@ typedef struct diffusion_result {
     bool stopped;
 } diffusion_result;
 
-/* fans.c: fan and fan_entry. LOXO_OK, LOXO_ERR_MEMORY, LOXO_ERR_STOPPED. */
-loxo_status heat_make_fans(parallel_heat *g);
-
 /* Where block b of a level stands in the ring. Levels of the window never meet there: it has room for all blocks of the
  * mesh were they full, and for one that is not in each of MAX_UPDATES levels and some more. */
 static inline int64_t heat_block(const parallel_heat *g, int64_t level, int64_t b)
@@ -122,8 +131,7 @@ static inline int64_t heat_block(const parallel_heat *g, int64_t level, int64_t 
     return (g->level_begin[level] / BLOCK_ROWS + level + b) % g->n_ring;
 }
 
-/* levels.c: breadth-first levels from sources (places 0..n-1, sorted, without repeats); of every place the beginning and
- * the entries of its row (slot a place, coefficient the weight) and, in weight, its area. */
+/* levels.c: breadth-first levels from sources (places 0..n-1, sorted, without repeats), and degree. */
 loxo_status heat_find_levels(parallel_heat *g, const loxo_index *sources, int64_t n_sources);
 
 /* parallel_heat.c: names the pieces of the workspace, twice: to add up their sizes, and to hand them out. */
@@ -146,10 +154,21 @@ loxo_status heat_aim_from_seeds(parallel_heat *g, double *difference);
 loxo_status heat_march(parallel_heat *g, diffusion_result *result);
 loxo_status heat_sweep(parallel_heat *g, diffusion_result *result);
 
-/* settle.c: finds the places that the march left unsettled and relaxes them until they are. */
+/* settle.c: relaxes places that the march left unsettled until they are not. Not of a method that unfolds. */
 void heat_settle(parallel_heat *g, double tolerance, diffusion_result *result);
 
-/* diffusion_rows.c: the three acts that make the rows of a block of places of one level. */
+/* window.c: room for a level's rows, from when it is taken in until the oldest one that is needed is a later one.
+ * LOXO_ERR_MEMORY: the window is wider than the workspace's rings, and there is no memory for more. */
+loxo_status heat_window_begin(parallel_heat *g, bool all);
+void heat_window_end(parallel_heat *g);
+loxo_status heat_window_take_in(parallel_heat *g, int64_t level);
+void heat_window_leave(parallel_heat *g, int64_t oldest);
+/* That of a place of a level in flight; those of the level's other places stand beside it. */
+k_row *heat_row(const parallel_heat *g, int64_t level, int64_t place);
+
+/* diffusion_rows.c: rows of all places after the diffusion, for relaxing in place; row [n_reached + 1]. */
+void heat_make_all_rows(const parallel_heat *g, k_row *row, k_entry *entry);
+/* ... the three acts that make the rows of a block of places of one level. */
 void heat_build_rows(parallel_heat *g, int64_t level, int64_t begin, int64_t end, bool is_plain);
 void heat_link_level(parallel_heat *g, int64_t level, int64_t begin, int64_t end);
 void heat_link_outward(parallel_heat *g, int64_t level, int64_t begin, int64_t end);
@@ -168,6 +187,8 @@ loxo_status heat_fill_flat_faces(parallel_heat *g, double *difference);
 /* From value, scale and parent, at places, to vertex_value, vertex_scale and found_by. */
 void heat_to_vertices(parallel_heat *g);
 
+/* The settings', or what unfolding needs where that is not said: an order of neighbours is soon right. */
+double heat_tolerance(const loxo_geodesic_settings *settings);
 /* Whether distances are found by unfolding. */
 bool heat_unfolds(const loxo_geodesic_settings *settings);
 /* unfold.c: from the heat to distances in the mesh's order. True: stopped, what was not done yet is not a number. */

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT
  * After the march. Where heat flows around a patch of small triangles faster than through it, it reaches the patch from
  * outside, when the inner levels have long been left. Such places show as rows that are not satisfied; they and what
- * they touch are relaxed in place, outward and inward by turns, until they are calm. On a regular mesh there are none
- * and this costs one look at every row. */
+ * they touch are relaxed in place, outward and inward by turns, until they are calm. On a regular mesh there are none,
+ * as the march has seen. Rows of the whole mesh are made again for it, where those of the window stood. */
 #include "par/range.h"
 #include "solver/geodesic/parallel_heat/parallel_heat_internal.h"
 
@@ -35,7 +35,7 @@ static loxo_range places_of(const parallel_heat *g, int64_t c)
 static double row_step(const parallel_heat *g, int64_t place)
 {
     const double constant = place < g->level_begin[1] ? (double)g->first[place] : 0.0;
-    return k_row_step(g->row, g->entry, constant, g->value, place);
+    return k_row_step(&g->row[place], g->entry, constant, g->value, place);
 }
 
 /* Root mean square of what changed, weighted by area; HUGE_VAL where something is not finite. */
@@ -166,6 +166,9 @@ void heat_settle(parallel_heat *g, double tolerance, diffusion_result *result)
 {
     const int64_t n_cells = (g->n_reached + CELL_ROWS - 1) / CELL_ROWS, n_before = result->n_updates;
     cell *cells = (cell *)(void *)g->reach;
+    g->row = g->ring_row;
+    g->entry = g->ring_entry;
+    heat_make_all_rows(g, g->row, g->entry);
     bool is_done = result->n_forced == 0, is_good = true;
     double most = WAKE_OVER_TOLERANCE * tolerance;
     for (int round = 0; is_good && round < MAX_ROUNDS; ++round) {

@@ -6,6 +6,7 @@
  *
  * All that can be done at once are a round: no two of them are neighbours but in the first. The queue keeps the rounds, and
  * later passes go through them again and do what was done too early because the heat has the order wrong. */
+#include "kernel/around_kernel.h"
 #include "kernel/unfold_kernel.h"
 #include "par/phases.h"
 #include "par/range.h"
@@ -14,11 +15,10 @@
 #include <string.h>
 
 #define CHUNK                64
-#define BATCH                16  /* vertices that are fetched for in step */
-#define STEPS_AROUND         7   /* half-edges of each */
 #define MOST_FOUND           512 /* a chunk keeps so many before it claims room in the queue for them */
 #define MIN_ROUND_PER_THREAD 256 /* rounds smaller than this on average are not worth sharing out */
 #define MOST_PASSES          30
+#define FEW_OF               2000    /* a pass is not worth it for one vertex of so many */
 #define AGAIN                (-1000) /* in the place of a number of edges to wait for */
 /* Measured, see README.md. How far beyond an edge's end a line may cross it, in lengths of the edge: where a line just misses,
  * the next face sees it from the side, over distances that are less certain. */
@@ -38,7 +38,7 @@ typedef struct unfolding {
     int64_t begin, end, tail; /* of the queue: this round, and what was found for the next */
     int64_t pass;
     int64_t progress; /* the poll looks at it */
-    bool has_again;   /* someone is to be done again in the next pass */
+    int64_t n_again;  /* to be done again in the next pass, some counted twice */
 } unfolding;
 
 static uint32_t heat_key(double value, int32_t scale)
@@ -136,7 +136,7 @@ static inline void tell(unfolding *s, loxo_index v, loxo_index w, loxo_index h, 
     if (s->distance[w] < HUGE_VAL) {
         if (behind <= 0.0 || is_source(s->g, w) || behind <= EARLY * edge_length(&s->g->m, h)) return;
         __atomic_store_n(waits_for, AGAIN, __ATOMIC_RELAXED);
-        __atomic_store_n(&s->has_again, true, __ATOMIC_RELAXED);
+        __atomic_add_fetch(&s->n_again, 1, __ATOMIC_RELAXED);
     } else if (s->pass == 0) {
         const loxo_index left = s->n_threads == 1 ? --*waits_for : __atomic_sub_fetch(waits_for, 1, __ATOMIC_RELAXED);
         if (left != 0) return;
@@ -163,34 +163,25 @@ static inline loxo_index queued(const parallel_heat *g, int64_t i)
     return g->queue[i] < 0 ? (loxo_index)~g->queue[i] : g->queue[i];
 }
 
-/* Goes around BATCH vertices of the queue in step, to have in the cache what k_arrival will look at: one walk alone would
- * wait for memory at each half-edge. */
+/* For the arrivals at the next vertices of the queue: of the hotter ones around them also where they are. */
 static void fetch_around(const unfolding *s, int64_t begin, int64_t end)
 {
     const loxo_mesh_view *m = &s->g->m;
-    loxo_index first[BATCH], at[BATCH];
-    const int n = (int)(end - begin);
-    for (int i = 0; i < n; ++i)
-        at[i] = first[i] = m->vertex_halfedge[queued(s->g, begin + i)];
-    for (int step = 0; step < STEPS_AROUND; ++step)
-        for (int i = 0; i < n; ++i) {
-            if (at[i] < 0) continue;
-            const loxo_index back = k_previous(at[i]), to = m->halfedge_vertex[back];
-            if (!(s->distance[to] < HUGE_VAL)) {
-            } else if (m->position != NULL)
-                __builtin_prefetch(&m->position[to], 0, 3);
-            else if (m->position_float != NULL)
-                __builtin_prefetch(&m->position_float[to], 0, 3);
-            at[i] = m->halfedge_twin[back];
-            if (at[i] == first[i]) at[i] = -1;
-        }
+    k_walks walks = {.n = 0};
+    for (int64_t i = begin; i < end && walks.n < K_BESIDE; ++i)
+        k_walks_add(m, &walks, queued(s->g, i));
+    for (int step = 0; step < K_STEPS; ++step) {
+        k_walks_step(m, &walks);
+        for (int i = 0; i < walks.n; ++i)
+            if (walks.to[i] >= 0 && s->distance[walks.to[i]] < HUGE_VAL) k_prefetch_position(m, walks.to[i]);
+    }
 }
 
 static void do_first(unfolding *s, loxo_range r, found_list *found)
 {
     for (int64_t i = r.begin; i < r.end; ++i) {
         const loxo_index v = queued(s->g, i);
-        if ((i - r.begin) % BATCH == 0) fetch_around(s, i, i + BATCH < r.end ? i + BATCH : r.end);
+        if ((i - r.begin) % K_BESIDE == 0) fetch_around(s, i, r.end);
         if (!is_source(s->g, v)) s->distance[v] = k_arrival(&s->g->m, v, s->distance, REACH);
         tell_neighbours(s, v, found);
     }
@@ -228,8 +219,9 @@ static void unfold_work(void *arg, int64_t chunk)
  * hotter than all around them; these hear of one in the second pass. */
 static bool begin_pass(unfolding *s)
 {
-    if ((!s->has_again && s->pass > 0) || s->pass + 1 == MOST_PASSES) return false;
-    s->has_again = false;
+    const int64_t few = s->g->n_reached / FEW_OF;
+    if ((s->n_again <= few && s->pass > 0) || s->pass + 1 == MOST_PASSES) return false;
+    s->n_again = 0;
     s->end = 0;
     ++s->pass;
     return true;
