@@ -101,12 +101,10 @@ static void *take(subject *s, int64_t count, size_t size, bool *is_good)
 /* Rows of A + h^2 C, each divided by its diagonal; keep makes up for the decay, so that nothing dies away. */
 static void fill_rows(subject *s)
 {
-    k_face_shapes kept;
     uint32_t n = 0;
-    k_forget_shapes(&kept);
     for (int64_t v = 0; v < s->m.n_vertices; ++v) {
         k_entry *entry = s->entry + n;
-        const double area = k_cotangent_row(&s->m, &kept, (loxo_index)v, entry);
+        const double area = k_cotangent_row(&s->m, (loxo_index)v, entry);
         const uint32_t degree = k_degree(&s->m, (loxo_index)v);
         double diagonal = area, sum = 0.0;
         for (uint32_t k = 0; k < degree; ++k)

@@ -45,29 +45,6 @@ static inline k_face_shape k_shape_of_face(const loxo_mesh_view *m, int64_t f)
         {v3_dot(bc, ca) * minus_inverse, v3_dot(ca, ab) * minus_inverse, v3_dot(ab, bc) * minus_inverse}, twice_area};
 }
 
-/* Shapes of faces that were looked at last: rows of neighbours have faces in common. */
-#define K_SHAPES 128
-typedef struct k_face_shapes {
-    int64_t face[K_SHAPES]; /* which one stands here; -1: none */
-    k_face_shape shape[K_SHAPES];
-} k_face_shapes;
-
-static inline void k_forget_shapes(k_face_shapes *kept)
-{
-    for (int i = 0; i < K_SHAPES; ++i)
-        kept->face[i] = -1;
-}
-
-static inline k_face_shape k_shape_from(const loxo_mesh_view *m, k_face_shapes *kept, int64_t f)
-{
-    const int64_t at = f % K_SHAPES;
-    if (kept->face[at] != f) {
-        kept->face[at] = f;
-        kept->shape[at] = k_shape_of_face(m, f);
-    }
-    return kept->shape[at];
-}
-
 /* Number of neighbours, or rather of edges: an intrinsic triangulation may have several to one neighbour, and some from a
  * vertex to itself, which both leave it and arrive. */
 static inline uint32_t k_degree(const loxo_mesh_view *m, loxo_index v)
@@ -85,18 +62,19 @@ static inline uint32_t k_degree(const loxo_mesh_view *m, loxo_index v)
 
 /* Entries of vertex v, which has faces: neighbours counter-clockwise with the cotangent weights (cot a + cot b) / 2 of the
  * edges, the same seen from both ends. Returns one third of the area of the faces around. */
-static inline double k_cotangent_row(const loxo_mesh_view *m, k_face_shapes *kept, loxo_index v, k_entry *entry)
+static inline double k_cotangent_row(const loxo_mesh_view *m, loxo_index v, k_entry *entry)
 {
     const loxo_index first = m->vertex_halfedge[v];
     loxo_index h = first, back = -1;
-    double twice_area = 0.0, before = 0.0;
+    double twice_area = 0.0, before = 0.0, of_first = 0.0;
     uint32_t n = 0;
     do {
         const int64_t f = k_face_of(h);
-        const k_face_shape s = k_shape_from(m, kept, f);
+        const k_face_shape s = k_shape_of_face(m, f);
         back = k_previous(h);
         entry[n].slot = (uint32_t)k_head(m, h);
         entry[n++].coefficient = (float)(0.5 * (before + s.cotangent[h - 3 * f]));
+        if (n == 1) of_first = s.cotangent[h - 3 * f];
         before = s.cotangent[back - 3 * f];
         twice_area += s.twice_area;
         h = m->halfedge_twin[back];
@@ -105,8 +83,7 @@ static inline double k_cotangent_row(const loxo_mesh_view *m, k_face_shapes *kep
         entry[n].slot = (uint32_t)m->halfedge_vertex[back];
         entry[n].coefficient = (float)(0.5 * before);
     } else {
-        const int64_t f = k_face_of(h);
-        entry[0].coefficient = (float)(0.5 * (before + k_shape_from(m, kept, f).cotangent[h - 3 * f]));
+        entry[0].coefficient = (float)(0.5 * (before + of_first));
     }
     return twice_area / 6.0;
 }

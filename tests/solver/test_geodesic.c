@@ -82,7 +82,7 @@ TEST(square) { check_shape(LOXO_SHAPE_GRID, 5000, 0, 0.00000, 0.00767, 0.00879);
 
 TEST(cylinder) { check_shape(LOXO_SHAPE_CYLINDER, 5000, 2500, 0.00008, 0.01557, 0.01230); }
 
-TEST(annulus) { check_shape(LOXO_SHAPE_ANNULUS, 5000, 4000, 0.00067, 0.02003, 0.01725); }
+TEST(annulus) { check_shape(LOXO_SHAPE_ANNULUS, 5000, 4000, 0.00105, 0.02003, 0.01725); }
 
 /* Around the tube runs a geodesic; its vertices stand for all. */
 TEST(torus)

@@ -78,7 +78,7 @@ static void ask(const labelling *l, answers *a, loxo_index b, loxo_index c, doub
     for (int k = 0; k < 2 && source[k] >= 0; ++k) {
         const double at_b = known(l, b, source[k]), at_c = known(l, c, source[k]);
         hear(a, source[k], at_b + along);
-        if (at_c < HUGE_VAL) hear(a, source[k], k_unfolded_distance(across, along, other, at_b, at_c, REACH));
+        if (at_c < HUGE_VAL) hear(a, source[k], k_unfolded_distance(across, along, other, at_b, at_c, REACH, REACH));
     }
 }
 

@@ -92,11 +92,11 @@ typedef struct row_terms {
     double area, time, diagonal;
 } row_terms;
 
-static row_terms make_terms(const parallel_heat *g, k_face_shapes *kept, int64_t place, uint32_t n, k_entry *entry)
+static row_terms make_terms(const parallel_heat *g, int64_t place, uint32_t n, k_entry *entry)
 {
     const loxo_index v = g->order[place];
     const double unit = 1.0 / (g->mean_edge_length * g->mean_edge_length);
-    const float area = n > 0 ? (float)(unit * k_cotangent_row(&g->m, kept, v, entry)) : 0.0f;
+    const float area = n > 0 ? (float)(unit * k_cotangent_row(&g->m, v, entry)) : 0.0f;
     row_terms t = {.area = (double)area, .time = g->settings.time_factor};
     double weight_sum = 0.0;
     for (uint32_t k = 0; k < n; ++k)
@@ -108,15 +108,14 @@ static row_terms make_terms(const parallel_heat *g, k_face_shapes *kept, int64_t
     return (row_terms){.area = 0.0, .time = 1.0, .diagonal = (double)n};
 }
 
-static void build_row(parallel_heat *g, int64_t level, int64_t place, int64_t block, bool is_plain, k_row *row,
-                      k_face_shapes *kept)
+static void build_row(parallel_heat *g, int64_t level, int64_t place, int64_t block, bool is_plain, k_row *row)
 {
     const int64_t level_begin = g->level_begin[level], level_end = g->level_begin[level + 1];
     const int64_t block_end = block + BLOCK_ROWS < level_end ? block + BLOCK_ROWS : level_end;
     const unsigned parity = (unsigned)(level + 1) & 1u; /* of the step before the one that takes this level in */
     k_entry *entry = &g->entry[row->begin];
     const uint32_t n = row[1].begin - row[0].begin;
-    const row_terms t = make_terms(g, kept, place, n, entry);
+    const row_terms t = make_terms(g, place, n, entry);
     const double area = t.area, time = t.time, diagonal = t.diagonal;
     double crossing = 0.0;
     for (uint32_t k = 0; k < n; ++k) {
@@ -210,14 +209,12 @@ static void fetch_around(const parallel_heat *g, int64_t begin, int64_t end)
 /* begin..end-1 are whole blocks of the level. */
 void heat_build_rows(parallel_heat *g, int64_t level, int64_t begin, int64_t end, bool is_plain)
 {
-    k_face_shapes kept;
-    k_forget_shapes(&kept);
     for (int64_t block = begin; block < end; block += BLOCK_ROWS) {
         const int64_t block_end = block + BLOCK_ROWS < end ? block + BLOCK_ROWS : end;
         k_row *row = heat_row(g, level, block);
         for (int64_t p = block; p < block_end; ++p, ++row) {
             if ((p - block) % K_BESIDE == 0) fetch_around(g, p, block_end);
-            build_row(g, level, p, block, is_plain, row, &kept);
+            build_row(g, level, p, block, is_plain, row);
         }
         if (!is_plain) find_reach(g, level, block, block_end);
     }
@@ -246,10 +243,10 @@ void heat_link_outward(parallel_heat *g, int64_t level, int64_t begin, int64_t e
 }
 
 /* For relaxing in place nothing limits omega but the row's own optimum: the matrix is positive definite. */
-static void make_whole_row(const parallel_heat *g, int64_t place, k_row *row, k_entry *entry, k_face_shapes *kept)
+static void make_whole_row(const parallel_heat *g, int64_t place, k_row *row, k_entry *entry)
 {
     const uint32_t n = row[1].begin - row[0].begin;
-    const row_terms t = make_terms(g, kept, place, n, entry);
+    const row_terms t = make_terms(g, place, n, entry);
     const double omega = place < g->level_begin[1] ? 1.0 : relaxation(SETTLING_GAIN, t.area, t.diagonal, 0.0);
     const double value = g->value[2 * place];
     double sum = omega * t.area / t.diagonal;
@@ -275,9 +272,7 @@ void heat_make_all_rows(const parallel_heat *g, k_row *row, k_entry *entry)
 #pragma omp parallel num_threads(loxo_threads_for(g->ctx, g->n_reached, 100.0))
     {
         const loxo_range r = loxo_thread_range(g->n_reached);
-        k_face_shapes kept;
-        k_forget_shapes(&kept);
         for (int64_t p = r.begin; p < r.end; ++p)
-            make_whole_row(g, p, &row[p], &entry[row[p].begin], &kept);
+            make_whole_row(g, p, &row[p], &entry[row[p].begin]);
     }
 }

@@ -288,7 +288,7 @@ static void fill_vertices(const parallel_heat *g, int64_t n, const small_mesh *s
 {
     for (int64_t i = 0; i < n; ++i) {
         const loxo_index v = small->vertex[i];
-        if (small->position != NULL)
+        if (small->position != NULL && g->m.position != NULL)
             memcpy(small->position[i], g->m.position[v], sizeof small->position[i]);
         else if (small->position_float != NULL)
             memcpy(small->position_float[i], g->m.position_float[v], sizeof small->position_float[i]);
