@@ -35,9 +35,10 @@ typedef struct k_jet_batch {
 /* Doubt in an arrival: what the cubic term of q changes it by at most, and how far q is from the parabola of one circular
  * front through both ends. The true error is of the next order, so these are taken with small factors, which were fitted
  * to 22 scans and 15 generated surfaces (src/solver/geodesic/fast/README.md). */
-#define K_JET_DOUBT_CUBIC 0.018
-#define K_JET_DOUBT_FRONT 0.027
-#define K_JET_DOUBT_LEAST 1e-5 /* of the last leg: gains that are not worth going back for */
+#define K_JET_DOUBT_CUBIC 0.0155
+#define K_JET_DOUBT_FRONT 0.023
+#define K_JET_DOUBT_LEAST                                                                                              \
+    1e-5 /* of the last leg: gains that are not worth going back for, corners that are rounded off */
 
 /* q(t) in units of l^2, and the third vertex: at (foot, height) in units of l. */
 typedef struct k_jet_edge {

@@ -3,6 +3,7 @@
  * inside faces, nearest sources; fans of any size; how it ends early. */
 #include "../shapes.h"
 #include "base/context.h"
+#include "base/rng.h"
 #include "surfaces.h"
 
 #include <loxo/geodesic.h>
@@ -31,8 +32,8 @@ static double mean_error(const double *distance, const double *truth, int64_t n)
     return sum / (double)count;
 }
 
-/* On a convex plane all rays are straight lines from the source, and edges know that exactly. What is left: obtuse triangles,
- * whose third vertex may be final before an end of the edge that its ray crosses, and gains below a thousandth of a leg. */
+/* On a convex plane all rays are straight lines from the source, and edges know that exactly: slopes and crossings are kept
+ * as floats. */
 TEST(planes_are_flat)
 {
     static const loxo_shape shapes[] = {LOXO_SHAPE_DISK, LOXO_SHAPE_GRID, LOXO_SHAPE_STRIP};
@@ -53,7 +54,66 @@ TEST(planes_are_flat)
         const double error = mean_error(distance, truth, s.soup.n_vertices);
         print_message("%s: %.1e, estimated %.1e, off by %.1e edges at most\n", loxo_shape_name(shapes[i]), error,
                       info.error_estimate, worst);
-        CHECK(error < 5e-5 && worst < 1e-2);
+        CHECK(error < 1e-7 && worst < 1e-4);
+        loxo_release(test_context, distance);
+        loxo_release(test_context, truth);
+        surface_destroy(&s);
+    }
+}
+
+/* A square of n by n vertices, each moved by up to 0.45 of its cell, either diagonal: obtuse triangles and needles. */
+static loxo_soup jittered_square(int64_t n, uint64_t seed)
+{
+    const int64_t n_faces = 2 * (n - 1) * (n - 1);
+    loxo_soup soup = {
+        .n_vertices = n * n,
+        .n_faces = n_faces,
+        .position = loxo_allocate(test_context, n * n, 3 * sizeof *soup.position),
+        .triangle = loxo_allocate(test_context, n_faces, 3 * sizeof *soup.triangle),
+    };
+    CHECK(soup.position != NULL && soup.triangle != NULL);
+    for (int64_t v = 0; v < n * n; ++v) {
+        soup.position[3 * v] = (double)(v % n) + 0.9 * (loxo_random_unit(seed, (uint64_t)(2 * v)) - 0.5);
+        soup.position[3 * v + 1] = (double)(v / n) + 0.9 * (loxo_random_unit(seed, (uint64_t)(2 * v + 1)) - 0.5);
+        soup.position[3 * v + 2] = 0.0;
+    }
+    loxo_index *t = soup.triangle;
+    for (int64_t cell = 0; cell < (n - 1) * (n - 1); ++cell, t += 6) {
+        const int64_t first = cell / (n - 1) * n + cell % (n - 1),
+                      corner[4] = {first, first + 1, first + n + 1, first + n};
+        const double *p[4];
+        for (int k = 0; k < 4; ++k)
+            p[k] = &soup.position[3 * corner[k]];
+        /* the diagonal from corner 0 where the corners 1 and 3 stick out, else the other; at random where both would do */
+        bool sticks_out[4];
+        for (int k = 0; k < 4; ++k) {
+            const double *a = p[(k + 3) % 4], *b = p[k], *c = p[(k + 1) % 4];
+            sticks_out[k] = (b[0] - a[0]) * (c[1] - b[1]) - (b[1] - a[1]) * (c[0] - b[0]) > 1e-3;
+        }
+        const bool zero_will = sticks_out[1] && sticks_out[3], one_will = sticks_out[0] && sticks_out[2];
+        const int k = zero_will && one_will ? loxo_random_unit(seed + 1000, (uint64_t)cell) < 0.5 : !zero_will;
+        for (int i = 0; i < 3; ++i) {
+            t[i] = (loxo_index)corner[(k + i) % 4];
+            t[3 + i] = (loxo_index)corner[(k + 2 + i) % 4];
+        }
+    }
+    return soup;
+}
+
+/* In bad triangles vertices hear of their rays before both ends of the edge that these cross are final, and are told anew. */
+TEST(planes_of_bad_triangles)
+{
+    const loxo_geodesic_settings fast = settings_of(LOXO_GEODESIC_FAST), exact = settings_of(LOXO_GEODESIC_EXACT);
+    enum { N = 40 };
+    for (uint64_t seed = 1; seed <= 8; ++seed) {
+        surface s = surface_from_soup(test_context, jittered_square(N, seed), LOXO_ORDER_AUTO);
+        double *distance = surface_numbers(&s), *truth = surface_numbers(&s);
+        const loxo_index source = N / 2 * N + N / 2;
+        CHECK_OK(loxo_geodesic_distance(test_context, s.mesh, &fast, &source, 1, distance, NULL));
+        CHECK_OK(loxo_geodesic_distance(test_context, s.mesh, &exact, &source, 1, truth, NULL));
+        const double error = mean_error(distance, truth, s.soup.n_vertices);
+        print_message("square %d: %.1e\n", (int)seed, error);
+        CHECK(error < 2e-5);
         loxo_release(test_context, distance);
         loxo_release(test_context, truth);
         surface_destroy(&s);
@@ -347,7 +407,8 @@ static int stop_monitor(void *user, const loxo_progress *progress)
     return ++w->n_calls == w->stop_at;
 }
 
-/* What the front has passed when it is stopped stands as it would without the stop; the rest is infinite. */
+/* What the front has passed when it is stopped stands as it would without the stop, but for what a vertex would still have
+ * been told anew; the rest is infinite. */
 TEST(stops)
 {
     for (int n_threads = 1; n_threads <= 2; ++n_threads) {
@@ -378,7 +439,7 @@ TEST(stops)
             CHECK_EQUAL(info.stop_reason, LOXO_STOP_MONITOR);
             for (int64_t v = 0; v < s.soup.n_vertices; ++v) {
                 n_kept += distance[v] < HUGE_VAL;
-                if (distance[v] < HUGE_VAL) CHECK_NEAR(distance[v], whole[v], 1e-2 * info.mean_edge_length);
+                if (distance[v] < HUGE_VAL) CHECK_NEAR(distance[v], whole[v], 5e-2 * info.mean_edge_length);
             }
             n_stopped += n_kept < s.soup.n_vertices;
         }

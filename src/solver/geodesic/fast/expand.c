@@ -124,7 +124,11 @@ static void emit_task(const fast_state *s, fast_bench *bench, int64_t *n_tasks, 
     const double d_a = s->distance[a], d_b = s->distance[b], near = d_a < d_b ? d_a : d_b, far = d_a < d_b ? d_b : d_a;
     if (s->m.halfedge_twin[base] < 0) return; /* no ray comes from beyond a boundary */
     const bool is_obtuse = a_square + b_square < base_square;
-    if ((fast_flags(s, target) & FAST_FINAL) != 0 && s->distance[target] <= (is_obtuse ? near : far)) return;
+    /* a source inside the face is not behind its edge */
+    const bool is_renewal =
+        s->jet[target].ray == k_previous(base) && (double)s->jet[target].length * (1.0 + 1e-6) < s->distance[target];
+    if (!is_renewal && (fast_flags(s, target) & FAST_FINAL) != 0 && s->distance[target] <= (is_obtuse ? near : far))
+        return;
     const float sigma_a = s->jet[a].sigma, sigma_b = s->jet[b].sigma;
     const float high = sigma_a < sigma_b ? sigma_b : sigma_a, low = sigma_a < sigma_b ? sigma_a : sigma_b;
     bench->task[(*n_tasks)++] = (fast_task){.base_square = base_square,
@@ -137,19 +141,27 @@ static void emit_task(const fast_state *s, fast_bench *bench, int64_t *n_tasks, 
                                             .doubt_b = s->jet[b].doubt,
                                             .base = base,
                                             .source_a = source_of(s, a),
-                                            .source_b = source_of(s, b)};
+                                            .source_b = source_of(s, b),
+                                            .is_renewal = is_renewal};
 }
 
-/* The edge from v to its neighbour across which `target` lies is final at v only, and its other end is far, compared with the
- * way to the point that the distance is counted from: it may become final long after target, which hears of its ray through
- * this edge from v alone. There the front is taken for the circle that v knows, at the distance from sigma and in the
- * direction that its slope gives. Corner i; is_first: the edge is spoke i, and target at spoke i + 1; else the other way. */
+/* One end of an edge speaks for it where the edge across is longer than a quarter of the way to the point that the distance is
+ * counted from, or the front is a circle for all that is known of it: doubt over distance. Both are part of the answer. */
+#define LONG_EDGE    16.0
+#define CIRCLE_DOUBT 1.5e-5
+
+/* The edge from v to its neighbour across which `target` lies is final at v only. Its other end may become final long after
+ * target, which hears of its ray through this edge from v alone: the front is taken for the circle that v knows, at the
+ * distance from sigma and in the direction that its slope gives. When the other end is final, the edge is told as others are;
+ * if that is later by more than FAST_RISE, target is taken back. Corner i; is_first: the edge is spoke i, and target at spoke
+ * i + 1; else the other way. */
 static void emit_one_end(const fast_state *s, fast_bench *b, loxo_index v, int64_t i, bool is_first, int64_t *n_steps)
 {
     const int64_t edge = is_first ? i : i + 1, other = is_first ? i + 1 : i;
     const loxo_index h = b->halfedge[i], half_of_edge = is_first ? h : k_previous(h), target = b->neighbour[other];
     const double sigma = (double)s->jet[v].sigma, radius = s->distance[v] - sigma;
-    if (4.0 * b->rim[i] < radius * radius || s->m.halfedge_twin[half_of_edge] < 0) return;
+    const bool is_circle = (double)s->jet[v].doubt <= CIRCLE_DOUBT * s->distance[v];
+    if ((!is_circle && LONG_EDGE * b->rim[i] < radius * radius) || s->m.halfedge_twin[half_of_edge] < 0) return;
     const double slope = b->slope[edge] < 1.0f ? (double)b->slope[edge] : 1.0, base = b->spoke[edge];
     const double x = b->spoke[other] * b->cosine[i], y = b->spoke[other] * b->sine[i];
     const double from = -slope * radius, depth = radius * sqrt(1.0 - slope * slope), sum = y + depth;
@@ -163,7 +175,8 @@ static void emit_one_end(const fast_state *s, fast_bench *b, loxo_index v, int64
                                         .doubt = s->jet[v].doubt,
                                         .target = target,
                                         .ray = is_first ? k_previous(h) : k_next(h),
-                                        .source = source_of(s, v)};
+                                        .source = source_of(s, v),
+                                        .way = FAST_GUESS};
 }
 
 /* What the neighbours of v hear: along the spokes, and through the edges of its faces whose other end is final too. An
@@ -260,22 +273,41 @@ static void ask_for_fans(const fast_state *s, int64_t begin, int64_t end)
     }
 }
 
-void fast_expand(fast_state *s, int64_t begin, int64_t end)
+/* Lays the fans of some vertices one after the other; their spokes, or 0 when they do not fit: that is then noted. */
+static int64_t lay_fans(fast_state *s, fast_bench *b, const loxo_index *vertex, int64_t n)
 {
-    fast_bench *b = &s->bench[s->n_threads > 1 ? loxo_thread_id() : 0];
-    int64_t k = 0, n_tasks = 0, n_steps = 0, n_woken = 0;
-    ask_for_fans(s, begin, end);
-    for (int64_t i = begin; i < end; ++i) {
-        if ((k = lay_fan(&s->m, b, s->fresh[i], k)) >= 0) continue;
-        for (k = 0; begin < end; ++begin)
-            k += count_spokes(&s->m, s->fresh[begin]);
+    int64_t k = 0;
+    for (int64_t i = 0; i < n; ++i) {
+        if ((k = lay_fan(&s->m, b, vertex[i], k)) >= 0) continue;
+        for (k = i = 0; i < n; ++i)
+            k += count_spokes(&s->m, vertex[i]);
         int64_t wanted = __atomic_load_n(&s->bench_wanted, __ATOMIC_RELAXED);
         while (k > wanted &&
                !__atomic_compare_exchange_n(&s->bench_wanted, &wanted, k, true, __ATOMIC_RELAXED, __ATOMIC_RELAXED)) {
         }
-        return;
+        return 0;
     }
-    s->kernels->ring_corners(k - 1, b->spoke, b->rim, b->cosine, b->sine);
+    return k;
+}
+
+static void hand_over(fast_state *s, const fast_bench *b, int64_t n_tasks, int64_t n_steps)
+{
+    const int64_t task = reserve(&s->n_tasks, n_tasks, s->task_capacity);
+    if (task >= 0) memcpy(&s->task[task], b->task, (size_t)n_tasks * sizeof *b->task);
+    const int64_t step = reserve(&s->n_steps, n_steps, s->step_capacity);
+    if (step >= 0) memcpy(&s->step[step], b->step, (size_t)n_steps * sizeof *b->step);
+}
+
+static fast_bench *my_bench(const fast_state *s) { return &s->bench[s->n_threads > 1 ? loxo_thread_id() : 0]; }
+
+void fast_expand(fast_state *s, int64_t begin, int64_t end)
+{
+    fast_bench *b = my_bench(s);
+    int64_t n_tasks = 0, n_steps = 0, n_woken = 0;
+    ask_for_fans(s, begin, end);
+    const int64_t n = lay_fans(s, b, s->fresh + begin, end - begin);
+    if (n == 0) return;
+    s->kernels->ring_corners(n - 1, b->spoke, b->rim, b->cosine, b->sine);
     for (int64_t i = begin, first = 0, last; i < end; ++i, first = last + 1) {
         const loxo_index v = s->fresh[i];
         for (last = first; b->halfedge[last] >= 0;)
@@ -287,10 +319,47 @@ void fast_expand(fast_state *s, int64_t begin, int64_t end)
         n_woken = wake(s, b, v, first, last, n_woken);
     }
     fast_queue(s, b->woken, n_woken);
-    const int64_t task = reserve(&s->n_tasks, n_tasks, s->task_capacity);
-    if (task >= 0) memcpy(&s->task[task], b->task, (size_t)n_tasks * sizeof *b->task);
-    const int64_t step = reserve(&s->n_steps, n_steps, s->step_capacity);
-    if (step >= 0) memcpy(&s->step[step], b->step, (size_t)n_steps * sizeof *b->step);
+    hand_over(s, b, n_tasks, n_steps);
+}
+
+/* What v hears along the spokes from neighbours that are final, and through edges across whose ends both are. Spokes hold
+ * squares here. */
+static void collect(const fast_state *s, fast_bench *b, loxo_index v, int64_t begin, int64_t end, int64_t *n_tasks,
+                    int64_t *n_steps)
+{
+    for (int64_t i = begin; i < end + (b->halfedge[end] == FAN_OPEN); ++i) {
+        const loxo_index y = b->neighbour[i], h = i < end ? b->halfedge[i] : b->halfedge[end - 1];
+        if ((fast_flags(s, y) & FAST_FINAL) == 0) continue;
+        /* from y to v; a boundary edge may have no half-edge that starts there, nor then a slope */
+        const loxo_index to_here = i < end ? s->m.halfedge_twin[h] : k_previous(h);
+        const float d = (float)s->distance[y];
+        b->step[(*n_steps)++] = (fast_step){.arrival = s->distance[y] + sqrt(b->spoke[i]),
+                                            .sigma = to_here >= 0 && s->slope[to_here] < 1.0f ? s->jet[y].sigma : d,
+                                            .length = (float)sqrt(b->spoke[i]),
+                                            .crossing = i < end ? 0.0f : fast_crossing(1.0),
+                                            .doubt = s->jet[y].doubt,
+                                            .target = v,
+                                            .ray = h,
+                                            .source = source_of(s, y)};
+        if (i == end || (fast_flags(s, b->neighbour[i + 1]) & FAST_FINAL) == 0) continue;
+        emit_task(s, b, n_tasks, k_next(h), y, b->neighbour[i + 1], v, b->rim[i], b->spoke[i], b->spoke[i + 1]);
+    }
+}
+
+void fast_ask_again(fast_state *s, int64_t begin, int64_t end)
+{
+    fast_bench *b = my_bench(s);
+    int64_t n_tasks = 0, n_steps = 0, n_woken = 0;
+    if (lay_fans(s, b, s->taken_back + begin, end - begin) == 0) return;
+    for (int64_t i = begin, first = 0, last; i < end; ++i, first = last + 1) {
+        for (last = first; b->halfedge[last] >= 0;)
+            ++last;
+        collect(s, b, s->taken_back[i], first, last, &n_tasks, &n_steps);
+        /* who waited for what was nearer may now be nearer itself: two that wait for each other wait forever */
+        n_woken = wake(s, b, s->taken_back[i], first, last, n_woken);
+    }
+    fast_queue(s, b->woken, n_woken);
+    hand_over(s, b, n_tasks, n_steps);
 }
 
 static void lay_out_bench(fast_bench *b, loxo_arena *a, int64_t n_spokes)

@@ -28,13 +28,14 @@ static size_t fast_bytes(const geodesic_problem *problem)
     fast_state s = {0};
     lay_out(&s, &problem->m);
     return s.arena.size + (size_t)loxo_context_n_threads(problem->ctx) * fast_bench_bytes(FAST_SPOKES_AT_FIRST) +
-           (size_t)fast_lists_at_first(&problem->m) * (sizeof(fast_task) + sizeof(fast_step));
+           (size_t)fast_lists_at_first(&problem->m) * (sizeof(fast_task) + sizeof(fast_step) + sizeof(loxo_index));
 }
 
 static void fast_destroy(void *state)
 {
     fast_state *s = state;
     if (s == NULL) return;
+    loxo_release(s->ctx, s->taken_back);
     loxo_release(s->ctx, s->step);
     loxo_release(s->ctx, s->task);
     loxo_arena_destroy(s->ctx, &s->bench_arena);
@@ -110,7 +111,7 @@ static void clear(fast_state *s)
         }
     }
     s->n_touched = -1;
-    s->n_next = s->n_rounds = s->n_final = s->n_updates = 0;
+    s->n_next = s->n_taken_back = s->n_rounds = s->n_final = s->n_updates = 0;
     s->next_horizon = 0;
 }
 
@@ -201,7 +202,8 @@ static loxo_status fast_solve(void *state, const geodesic_seed *seeds, int64_t n
     info->error_estimate = sums[1] > 0.0 ? sums[0] / sums[1] : 0.0;
     info->n_iterations = s->n_rounds;
     info->n_evaluations = s->n_updates;
-    info->workspace_bytes = s->arena.size + s->bench_arena.size + (size_t)s->task_capacity * sizeof *s->task +
+    info->workspace_bytes = s->arena.size + s->bench_arena.size +
+                            (size_t)s->task_capacity * (sizeof *s->task + sizeof *s->taken_back) +
                             (size_t)s->step_capacity * sizeof *s->step;
     info->phase_s[LOXO_GEODESIC_PHASE_PROPAGATE] += loxo_os_clock_s() - start_s;
     if (status != LOXO_STOPPED) return LOXO_OK;

@@ -10,10 +10,26 @@
 /* A vertex of the front becomes final when no neighbour beside its ray is both nearer and not final, and its distance is at
  * most the least of the front plus so many times the last leg of its ray. Part of the answer. */
 #define FAST_WIDTH 1.5
-/* A final vertex that is heard of again, earlier by so many times the last leg of its ray, goes back to the front. */
-#define FAST_GAIN 1e-3
+/* A final vertex that is heard of again, earlier by so many times the last leg of its ray, goes back to the front. A
+ * vertex whose own ray is told again, later by so much, was told of it before its edge knew better: it asks all its edges again. */
+#define FAST_GAIN            1e-3
+#define FAST_RISE            1e-2
+#define FAST_RISE_OF_A_GUESS 1e-4 /* where the ray was guessed from one end of the edge */
 
-enum { FAST_QUEUED = 1, FAST_FINAL = 2, FAST_NEW = 4, FAST_LOCKED = 8, FAST_LISTED = 16 };
+enum {
+    FAST_QUEUED = 1,
+    FAST_FINAL = 2,
+    FAST_NEW = 4,
+    FAST_LOCKED = 8,
+    FAST_LISTED = 16,
+    FAST_TAKEN_BACK = 32, /* counts, up to three: so that it ends */
+    FAST_TAKEN_BACK_MOST = 96,
+    FAST_GUESSED = 128 /* its ray came by one end of an edge */
+};
+
+/* How a ray came: along an edge; across one, told by both ends; by one end; by both ends across the edge that the vertex has
+ * its ray from already. */
+typedef enum fast_way { FAST_ALONG, FAST_ACROSS, FAST_GUESS, FAST_AGAIN } fast_way;
 
 /* The ray that reached a vertex: it leaves the vertex into the corner of half-edge `ray`, which starts there, and crosses the
  * edge across that corner at share t from the end of `ray`. */
@@ -33,13 +49,15 @@ typedef struct fast_task {
     float sigma, doubt_a, doubt_b;
     loxo_index base; /* from A to B */
     loxo_index source_a, source_b;
+    bool is_renewal; /* the third vertex has its ray through this edge already */
 } fast_task;
 
-/* A way along an edge. */
+/* A way along an edge, or by one end of one. */
 typedef struct fast_step {
     double arrival;
     float sigma, length, crossing, doubt;
     loxo_index target, ray, source;
+    fast_way way;
 } fast_step;
 
 /* One a thread: the fans of the vertices that are worked on, one after the other, and what they emit. */
@@ -78,6 +96,9 @@ typedef struct fast_state {
     int n_benches;     /* most threads that there can be */
     fast_task *task;
     fast_step *step;
+    loxo_index
+        *taken_back; /* [task_capacity] vertices whose ray turned out too short: they ask all their edges again; while a
+                             * round commits, the rays of those that may become such */
     int64_t bench_capacity, task_capacity, step_capacity;
 
     /* the present round */
@@ -85,7 +106,7 @@ typedef struct fast_state {
     bool is_begun, is_over;
     double limit;
     int side; /* queue[side] is the present one */
-    int64_t n_queue, n_next, n_fresh, n_tasks, n_steps;
+    int64_t n_queue, n_next, n_fresh, n_tasks, n_steps, n_taken_back;
     int64_t bench_wanted;  /* a fan, or what a piece of the round emits, did not fit */
     double horizon;        /* nothing that is not final is nearer */
     uint64_t next_horizon; /* the same of the next, as bits */
@@ -114,6 +135,8 @@ static inline unsigned fast_flags(const fast_state *s, loxo_index v)
 /* expand.c: the vertices of fresh[begin..end-1], at most FAST_EXPAND_CHUNK: their slopes, and what they emit. */
 #define FAST_EXPAND_CHUNK ((int64_t)32)
 void fast_expand(fast_state *s, int64_t begin, int64_t end);
+/* The same for those of taken_back[begin..end-1]: what their neighbours tell them. */
+void fast_ask_again(fast_state *s, int64_t begin, int64_t end);
 /* Tasks that one vertex emits at most, and steps, for each spoke. */
 #define FAST_TASKS_A_SPOKE   2
 #define FAST_STEPS_A_SPOKE   3

@@ -89,6 +89,10 @@ static void select_chunk(fast_state *s, int64_t begin, int64_t end)
         const loxo_index v = queue[i];
         ask_ahead(s, queue, i, end);
         const double d = s->distance[v];
+        if (!(d < HUGE_VAL)) { /* taken back since, and not heard of yet */
+            __atomic_fetch_and(&s->flags[v], (uint8_t)~FAST_QUEUED, __ATOMIC_RELAXED);
+            continue;
+        }
         const bool is_near = d <= s->horizon + FAST_WIDTH * (double)s->jet[v].length;
         const loxo_index nearer = is_near ? find_nearer(s, v, d) : -1;
         if (nearer >= 0) {
@@ -102,7 +106,8 @@ static void select_chunk(fast_state *s, int64_t begin, int64_t end)
             continue;
         }
         fresh[n_fresh++] = v;
-        __atomic_store_n(&s->flags[v], FAST_FINAL | FAST_NEW, __ATOMIC_RELAXED);
+        const unsigned counted = fast_flags(s, v) & FAST_TAKEN_BACK_MOST;
+        __atomic_store_n(&s->flags[v], (uint8_t)(FAST_FINAL | FAST_NEW | counted), __ATOMIC_RELAXED);
     }
     lower(&s->next_horizon, least);
     fast_queue(s, kept, n_kept);
@@ -110,10 +115,10 @@ static void select_chunk(fast_state *s, int64_t begin, int64_t end)
     memcpy(&s->fresh[to], fresh, (size_t)n_fresh * sizeof *fresh);
 }
 
-/* What a chunk of arrivals puts into the queue. */
+/* What a chunk of arrivals puts into the queue, and the rays that it has found to be too short. */
 typedef struct fast_batch {
-    loxo_index vertex[COMMIT_CHUNK];
-    int64_t n;
+    loxo_index vertex[COMMIT_CHUNK], ray[COMMIT_CHUNK];
+    int64_t n, n_rays;
 } fast_batch;
 
 static void lock(fast_state *s, loxo_index v)
@@ -124,11 +129,11 @@ static void lock(fast_state *s, loxo_index v)
 
 /* A ray arrives at v. Kept is the earliest, of equal ones that of the lowest half-edge. */
 static void offer(fast_state *s, fast_batch *batch, loxo_index v, double arrival, const fast_jet *jet,
-                  loxo_index source)
+                  loxo_index source, fast_way way)
 {
     double d;
     __atomic_load(&s->distance[v], &d, __ATOMIC_RELAXED);
-    if (!(arrival <= d)) return;
+    if (!(arrival <= d) && way != FAST_AGAIN) return;
     if (s->n_threads > 1) lock(s, v);
     const unsigned flags = s->n_threads > 1 ? __atomic_load_n(&s->flags[v], __ATOMIC_RELAXED) : s->flags[v];
     unsigned toggled = s->n_threads > 1 ? FAST_LOCKED : 0;
@@ -148,7 +153,11 @@ static void offer(fast_state *s, fast_batch *batch, loxo_index v, double arrival
             batch->vertex[batch->n++] = v;
         }
         toggled |= (flags & FAST_FINAL) | (~flags & FAST_QUEUED);
+        toggled |= (flags ^ (way == FAST_GUESS ? FAST_GUESSED : 0)) & FAST_GUESSED;
     }
+    const double rise = (flags & FAST_GUESSED) != 0 ? FAST_RISE_OF_A_GUESS : FAST_RISE;
+    if (way == FAST_AGAIN && jet->ray == old.ray && arrival > d + rise * (double)old.length)
+        batch->ray[batch->n_rays++] = jet->ray;
     /* Another thread may take FAST_NEW away meanwhile: that bit stays out of it. */
     if (s->n_threads > 1)
         __atomic_fetch_xor(&s->flags[v], (uint8_t)toggled, __ATOMIC_RELEASE);
@@ -159,7 +168,7 @@ static void offer(fast_state *s, fast_batch *batch, loxo_index v, double arrival
 static void commit_tasks(fast_state *s, int64_t begin, int64_t end)
 {
     k_jet_batch b;
-    fast_batch batch = {.n = 0};
+    fast_batch batch = {.n = 0, .n_rays = 0};
     const loxo_mesh_view *m = &s->m;
     for (int64_t first = begin; first < end; first += K_JETS) {
         const int64_t n = end - first < K_JETS ? end - first : K_JETS;
@@ -185,19 +194,23 @@ static void commit_tasks(fast_state *s, int64_t begin, int64_t end)
                                   .sigma = t->sigma,
                                   .length = (float)b.way[i],
                                   .doubt = (1.0f - share) * t->doubt_a + share * t->doubt_b + (float)b.doubt[i]};
-            offer(s, &batch, m->halfedge_vertex[ray], b.arrival[i], &jet, share < 0.5f ? t->source_a : t->source_b);
+            offer(s, &batch, m->halfedge_vertex[ray], b.arrival[i], &jet, share < 0.5f ? t->source_a : t->source_b,
+                  t->is_renewal ? FAST_AGAIN : FAST_ACROSS);
         }
     }
     fast_queue(s, batch.vertex, batch.n);
+    if (batch.n_rays == 0) return;
+    const int64_t to = __atomic_fetch_add(&s->n_taken_back, batch.n_rays, __ATOMIC_RELAXED);
+    memcpy(&s->taken_back[to], batch.ray, (size_t)batch.n_rays * sizeof *batch.ray);
 }
 
 static void commit_steps(fast_state *s, int64_t begin, int64_t end)
 {
-    fast_batch batch = {.n = 0};
+    fast_batch batch = {.n = 0, .n_rays = 0};
     for (int64_t i = begin; i < end; ++i) {
         const fast_step *step = &s->step[i];
         const fast_jet jet = {step->ray, step->crossing, step->sigma, step->length, step->doubt};
-        offer(s, &batch, step->target, step->arrival, &jet, step->source);
+        offer(s, &batch, step->target, step->arrival, &jet, step->source, step->way);
     }
     fast_queue(s, batch.vertex, batch.n);
 }
@@ -223,13 +236,24 @@ static void commit_chunk(fast_state *s, int64_t chunk)
         __atomic_fetch_and(&s->flags[s->fresh[i]], (uint8_t)~FAST_NEW, __ATOMIC_RELAXED);
 }
 
+static void expand_chunk(fast_state *s, int64_t chunk)
+{
+    const int64_t of_fresh = n_chunks(s->n_fresh, FAST_EXPAND_CHUNK);
+    if (chunk < of_fresh) {
+        fast_expand(s, chunk * FAST_EXPAND_CHUNK, least((chunk + 1) * FAST_EXPAND_CHUNK, s->n_fresh));
+        return;
+    }
+    chunk -= of_fresh;
+    fast_ask_again(s, chunk * FAST_EXPAND_CHUNK, least((chunk + 1) * FAST_EXPAND_CHUNK, s->n_taken_back));
+}
+
 static void work(void *arg, int64_t chunk)
 {
     fast_state *s = arg;
     if (s->stage == FAST_SELECT)
         select_chunk(s, chunk * SELECT_CHUNK, least((chunk + 1) * SELECT_CHUNK, s->n_queue));
     else if (s->stage == FAST_EXPAND)
-        fast_expand(s, chunk * FAST_EXPAND_CHUNK, least((chunk + 1) * FAST_EXPAND_CHUNK, s->n_fresh));
+        expand_chunk(s, chunk);
     else
         commit_chunk(s, chunk);
 }
@@ -243,7 +267,25 @@ static int64_t begin_expand(fast_state *s)
 {
     s->stage = FAST_EXPAND;
     s->n_tasks = s->n_steps = 0;
-    return n_chunks(s->n_fresh, FAST_EXPAND_CHUNK);
+    return n_chunks(s->n_fresh, FAST_EXPAND_CHUNK) + n_chunks(s->n_taken_back, FAST_EXPAND_CHUNK);
+}
+
+/* After a round: of the rays that were told again, and later, the vertices that still have them know nothing for the moment,
+ * and will ask all their edges. Which rays were put down depends on the order of arrivals, where a vertex heard of a better
+ * one in the same round; which vertices still have them does not. */
+static void take_back(fast_state *s)
+{
+    int64_t n = 0;
+    for (int64_t i = 0; i < s->n_taken_back; ++i) {
+        const loxo_index ray = s->taken_back[i], v = s->m.halfedge_vertex[ray];
+        if (s->jet[v].ray != ray || !(s->distance[v] < HUGE_VAL) ||
+            (s->flags[v] & FAST_TAKEN_BACK_MOST) == FAST_TAKEN_BACK_MOST)
+            continue;
+        s->distance[v] = HUGE_VAL;
+        s->flags[v] = (uint8_t)((s->flags[v] & ~FAST_FINAL) + FAST_TAKEN_BACK);
+        s->taken_back[n++] = v;
+    }
+    s->n_taken_back = n;
 }
 
 static int64_t advance(void *arg)
@@ -257,18 +299,20 @@ static int64_t advance(void *arg)
     } else if (s->stage == FAST_EXPAND) {
         if (!fits(s)) return -1;
         s->stage = FAST_COMMIT;
+        s->n_taken_back = 0;
         __atomic_store_n(&s->n_final, s->n_final + s->n_fresh, __ATOMIC_RELAXED);
         s->n_updates += s->n_tasks;
         return n_chunks(s->n_tasks, COMMIT_CHUNK) + n_chunks(s->n_steps, COMMIT_CHUNK) +
                n_chunks(s->n_fresh, SELECT_CHUNK);
     }
+    take_back(s);
     s->side = 1 - s->side;
     s->n_queue = s->n_next;
     s->n_next = s->n_fresh = 0;
-    memcpy(&s->horizon, &s->next_horizon, sizeof s->horizon);
+    if (s->next_horizon != UINT64_MAX) memcpy(&s->horizon, &s->next_horizon, sizeof s->horizon);
     s->next_horizon = UINT64_MAX;
     s->stage = FAST_SELECT;
-    if (s->n_queue == 0 || s->horizon > s->limit) {
+    if (s->n_taken_back == 0 && (s->n_queue == 0 || s->horizon > s->limit)) {
         s->is_over = true;
         return -1;
     }
@@ -297,9 +341,15 @@ static loxo_status grow(fast_state *s, void **list, int64_t *capacity, int64_t w
 
 static loxo_status make_room(fast_state *s)
 {
+    const int64_t had = s->task_capacity;
     void *task = s->task, *step = s->step;
     loxo_status status = grow(s, &task, &s->task_capacity, s->n_tasks, sizeof *s->task);
     s->task = task;
+    if (status >= 0 && s->task_capacity > had) {
+        loxo_index *taken_back = loxo_reallocate(s->ctx, s->taken_back, s->task_capacity, sizeof *taken_back);
+        if (taken_back == NULL) status = LOXO_ERR_MEMORY;
+        if (taken_back != NULL) s->taken_back = taken_back;
+    }
     if (status >= 0) status = grow(s, &step, &s->step_capacity, s->n_steps, sizeof *s->step);
     s->step = step;
     if (status >= 0 && s->bench_wanted > s->bench_capacity) status = fast_reserve_benches(s, s->bench_wanted);
@@ -317,8 +367,8 @@ loxo_status fast_make_ready(fast_state *s)
 
 void fast_seed(fast_state *s, loxo_index v, double distance, const fast_jet *jet, loxo_index source)
 {
-    fast_batch batch = {.n = 0};
-    offer(s, &batch, v, distance, jet, source);
+    fast_batch batch = {.n = 0, .n_rays = 0};
+    offer(s, &batch, v, distance, jet, source, FAST_ALONG);
     fast_queue(s, batch.vertex, batch.n);
 }
 
