@@ -124,11 +124,11 @@ static void emit_task(const fast_state *s, fast_bench *bench, int64_t *n_tasks, 
     const double d_a = s->distance[a], d_b = s->distance[b], near = d_a < d_b ? d_a : d_b, far = d_a < d_b ? d_b : d_a;
     if (s->m.halfedge_twin[base] < 0) return; /* no ray comes from beyond a boundary */
     const bool is_obtuse = a_square + b_square < base_square;
+    const double d = s->distance[target];
     /* a source inside the face is not behind its edge */
     const bool is_renewal =
-        s->jet[target].ray == k_previous(base) && (double)s->jet[target].length * (1.0 + 1e-6) < s->distance[target];
-    if (!is_renewal && (fast_flags(s, target) & FAST_FINAL) != 0 && s->distance[target] <= (is_obtuse ? near : far))
-        return;
+        s->jet[target].ray == k_previous(base) && d < HUGE_VAL && (double)s->jet[target].length * (1.0 + 1e-6) < d;
+    if (!is_renewal && (fast_flags(s, target) & FAST_FINAL) != 0 && d <= (is_obtuse ? near : far)) return;
     const float sigma_a = s->jet[a].sigma, sigma_b = s->jet[b].sigma;
     const float high = sigma_a < sigma_b ? sigma_b : sigma_a, low = sigma_a < sigma_b ? sigma_a : sigma_b;
     bench->task[(*n_tasks)++] = (fast_task){.base_square = base_square,
@@ -142,7 +142,7 @@ static void emit_task(const fast_state *s, fast_bench *bench, int64_t *n_tasks, 
                                             .base = base,
                                             .source_a = source_of(s, a),
                                             .source_b = source_of(s, b),
-                                            .is_renewal = is_renewal};
+                                            .renewed = is_renewal ? d : HUGE_VAL};
 }
 
 /* One end of an edge speaks for it where the edge across is longer than a quarter of the way to the point that the distance is
@@ -176,7 +176,7 @@ static void emit_one_end(const fast_state *s, fast_bench *b, loxo_index v, int64
                                         .target = target,
                                         .ray = is_first ? k_previous(h) : k_next(h),
                                         .source = source_of(s, v),
-                                        .way = FAST_GUESS};
+                                        .is_guess = true};
 }
 
 /* What the neighbours of v hear: along the spokes, and through the edges of its faces whose other end is final too. An

@@ -28,7 +28,8 @@ static size_t fast_bytes(const geodesic_problem *problem)
     fast_state s = {0};
     lay_out(&s, &problem->m);
     return s.arena.size + (size_t)loxo_context_n_threads(problem->ctx) * fast_bench_bytes(FAST_SPOKES_AT_FIRST) +
-           (size_t)fast_lists_at_first(&problem->m) * (sizeof(fast_task) + sizeof(fast_step) + sizeof(loxo_index));
+           (size_t)fast_lists_at_first(&problem->m) *
+               (sizeof(fast_task) + sizeof(fast_step) + sizeof(fast_doubtful) + sizeof(loxo_index));
 }
 
 static void fast_destroy(void *state)
@@ -36,6 +37,7 @@ static void fast_destroy(void *state)
     fast_state *s = state;
     if (s == NULL) return;
     loxo_release(s->ctx, s->taken_back);
+    loxo_release(s->ctx, s->doubtful);
     loxo_release(s->ctx, s->step);
     loxo_release(s->ctx, s->task);
     loxo_arena_destroy(s->ctx, &s->bench_arena);
@@ -111,7 +113,7 @@ static void clear(fast_state *s)
         }
     }
     s->n_touched = -1;
-    s->n_next = s->n_taken_back = s->n_rounds = s->n_final = s->n_updates = 0;
+    s->n_next = s->n_doubtful = s->n_taken_back = s->n_rounds = s->n_final = s->n_updates = 0;
     s->next_horizon = 0;
 }
 
@@ -203,7 +205,7 @@ static loxo_status fast_solve(void *state, const geodesic_seed *seeds, int64_t n
     info->n_iterations = s->n_rounds;
     info->n_evaluations = s->n_updates;
     info->workspace_bytes = s->arena.size + s->bench_arena.size +
-                            (size_t)s->task_capacity * (sizeof *s->task + sizeof *s->taken_back) +
+                            (size_t)s->task_capacity * (sizeof *s->task + sizeof *s->doubtful + sizeof *s->taken_back) +
                             (size_t)s->step_capacity * sizeof *s->step;
     info->phase_s[LOXO_GEODESIC_PHASE_PROPAGATE] += loxo_os_clock_s() - start_s;
     if (status != LOXO_STOPPED) return LOXO_OK;

@@ -27,10 +27,6 @@ enum {
     FAST_GUESSED = 128 /* its ray came by one end of an edge */
 };
 
-/* How a ray came: along an edge; across one, told by both ends; by one end; by both ends across the edge that the vertex has
- * its ray from already. */
-typedef enum fast_way { FAST_ALONG, FAST_ACROSS, FAST_GUESS, FAST_AGAIN } fast_way;
-
 /* The ray that reached a vertex: it leaves the vertex into the corner of half-edge `ray`, which starts there, and crosses the
  * edge across that corner at share t from the end of `ray`. */
 typedef struct fast_jet {
@@ -49,15 +45,21 @@ typedef struct fast_task {
     float sigma, doubt_a, doubt_b;
     loxo_index base; /* from A to B */
     loxo_index source_a, source_b;
-    bool is_renewal; /* the third vertex has its ray through this edge already */
+    double renewed; /* distance of the third vertex, where it has its ray through this edge already; else HUGE_VAL */
 } fast_task;
+
+/* A ray that was told again to the vertex that has it: the distance now, and before. */
+typedef struct fast_doubtful {
+    double arrival, before;
+    loxo_index ray;
+} fast_doubtful;
 
 /* A way along an edge, or by one end of one. */
 typedef struct fast_step {
     double arrival;
     float sigma, length, crossing, doubt;
     loxo_index target, ray, source;
-    fast_way way;
+    bool is_guess; /* by one end */
 } fast_step;
 
 /* One a thread: the fans of the vertices that are worked on, one after the other, and what they emit. */
@@ -96,9 +98,9 @@ typedef struct fast_state {
     int n_benches;     /* most threads that there can be */
     fast_task *task;
     fast_step *step;
+    fast_doubtful *doubtful; /* [task_capacity] of the present round */
     loxo_index
-        *taken_back; /* [task_capacity] vertices whose ray turned out too short: they ask all their edges again; while a
-                             * round commits, the rays of those that may become such */
+        *taken_back; /* [task_capacity] vertices whose ray turned out too short: they ask all their edges again */
     int64_t bench_capacity, task_capacity, step_capacity;
 
     /* the present round */
@@ -106,7 +108,7 @@ typedef struct fast_state {
     bool is_begun, is_over;
     double limit;
     int side; /* queue[side] is the present one */
-    int64_t n_queue, n_next, n_fresh, n_tasks, n_steps, n_taken_back;
+    int64_t n_queue, n_next, n_fresh, n_tasks, n_steps, n_doubtful, n_taken_back;
     int64_t bench_wanted;  /* a fan, or what a piece of the round emits, did not fit */
     double horizon;        /* nothing that is not final is nearer */
     uint64_t next_horizon; /* the same of the next, as bits */

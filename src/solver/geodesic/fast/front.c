@@ -115,10 +115,10 @@ static void select_chunk(fast_state *s, int64_t begin, int64_t end)
     memcpy(&s->fresh[to], fresh, (size_t)n_fresh * sizeof *fresh);
 }
 
-/* What a chunk of arrivals puts into the queue, and the rays that it has found to be too short. */
+/* What a chunk of arrivals puts into the queue. */
 typedef struct fast_batch {
-    loxo_index vertex[COMMIT_CHUNK], ray[COMMIT_CHUNK];
-    int64_t n, n_rays;
+    loxo_index vertex[COMMIT_CHUNK];
+    int64_t n;
 } fast_batch;
 
 static void lock(fast_state *s, loxo_index v)
@@ -129,11 +129,11 @@ static void lock(fast_state *s, loxo_index v)
 
 /* A ray arrives at v. Kept is the earliest, of equal ones that of the lowest half-edge. */
 static void offer(fast_state *s, fast_batch *batch, loxo_index v, double arrival, const fast_jet *jet,
-                  loxo_index source, fast_way way)
+                  loxo_index source, bool is_guess)
 {
     double d;
     __atomic_load(&s->distance[v], &d, __ATOMIC_RELAXED);
-    if (!(arrival <= d) && way != FAST_AGAIN) return;
+    if (!(arrival <= d)) return;
     if (s->n_threads > 1) lock(s, v);
     const unsigned flags = s->n_threads > 1 ? __atomic_load_n(&s->flags[v], __ATOMIC_RELAXED) : s->flags[v];
     unsigned toggled = s->n_threads > 1 ? FAST_LOCKED : 0;
@@ -153,11 +153,8 @@ static void offer(fast_state *s, fast_batch *batch, loxo_index v, double arrival
             batch->vertex[batch->n++] = v;
         }
         toggled |= (flags & FAST_FINAL) | (~flags & FAST_QUEUED);
-        toggled |= (flags ^ (way == FAST_GUESS ? FAST_GUESSED : 0)) & FAST_GUESSED;
+        toggled |= (flags ^ (is_guess ? FAST_GUESSED : 0)) & FAST_GUESSED;
     }
-    const double rise = (flags & FAST_GUESSED) != 0 ? FAST_RISE_OF_A_GUESS : FAST_RISE;
-    if (way == FAST_AGAIN && jet->ray == old.ray && arrival > d + rise * (double)old.length)
-        batch->ray[batch->n_rays++] = jet->ray;
     /* Another thread may take FAST_NEW away meanwhile: that bit stays out of it. */
     if (s->n_threads > 1)
         __atomic_fetch_xor(&s->flags[v], (uint8_t)toggled, __ATOMIC_RELEASE);
@@ -167,8 +164,10 @@ static void offer(fast_state *s, fast_batch *batch, loxo_index v, double arrival
 
 static void commit_tasks(fast_state *s, int64_t begin, int64_t end)
 {
+    fast_doubtful doubtful[COMMIT_CHUNK];
+    int64_t n_doubtful = 0;
     k_jet_batch b;
-    fast_batch batch = {.n = 0, .n_rays = 0};
+    fast_batch batch = {.n = 0};
     const loxo_mesh_view *m = &s->m;
     for (int64_t first = begin; first < end; first += K_JETS) {
         const int64_t n = end - first < K_JETS ? end - first : K_JETS;
@@ -188,6 +187,7 @@ static void commit_tasks(fast_state *s, int64_t begin, int64_t end)
             const fast_task *t = &s->task[first + i];
             const loxo_index ray = k_previous(t->base);
             if (!(b.crossing[i] > 0.0) || !(b.crossing[i] < 1.0)) continue; /* along the edge */
+            if (b.arrival[i] > t->renewed) doubtful[n_doubtful++] = (fast_doubtful){b.arrival[i], t->renewed, ray};
             const float share = (float)b.crossing[i];
             const fast_jet jet = {.ray = ray,
                                   .crossing = fast_crossing(b.crossing[i]),
@@ -195,22 +195,22 @@ static void commit_tasks(fast_state *s, int64_t begin, int64_t end)
                                   .length = (float)b.way[i],
                                   .doubt = (1.0f - share) * t->doubt_a + share * t->doubt_b + (float)b.doubt[i]};
             offer(s, &batch, m->halfedge_vertex[ray], b.arrival[i], &jet, share < 0.5f ? t->source_a : t->source_b,
-                  t->is_renewal ? FAST_AGAIN : FAST_ACROSS);
+                  false);
         }
     }
     fast_queue(s, batch.vertex, batch.n);
-    if (batch.n_rays == 0) return;
-    const int64_t to = __atomic_fetch_add(&s->n_taken_back, batch.n_rays, __ATOMIC_RELAXED);
-    memcpy(&s->taken_back[to], batch.ray, (size_t)batch.n_rays * sizeof *batch.ray);
+    if (n_doubtful == 0) return;
+    const int64_t to = __atomic_fetch_add(&s->n_doubtful, n_doubtful, __ATOMIC_RELAXED);
+    memcpy(&s->doubtful[to], doubtful, (size_t)n_doubtful * sizeof *doubtful);
 }
 
 static void commit_steps(fast_state *s, int64_t begin, int64_t end)
 {
-    fast_batch batch = {.n = 0, .n_rays = 0};
+    fast_batch batch = {.n = 0};
     for (int64_t i = begin; i < end; ++i) {
         const fast_step *step = &s->step[i];
         const fast_jet jet = {step->ray, step->crossing, step->sigma, step->length, step->doubt};
-        offer(s, &batch, step->target, step->arrival, &jet, step->source, step->way);
+        offer(s, &batch, step->target, step->arrival, &jet, step->source, step->is_guess);
     }
     fast_queue(s, batch.vertex, batch.n);
 }
@@ -270,22 +270,24 @@ static int64_t begin_expand(fast_state *s)
     return n_chunks(s->n_fresh, FAST_EXPAND_CHUNK) + n_chunks(s->n_taken_back, FAST_EXPAND_CHUNK);
 }
 
-/* After a round: of the rays that were told again, and later, the vertices that still have them know nothing for the moment,
- * and will ask all their edges. Which rays were put down depends on the order of arrivals, where a vertex heard of a better
- * one in the same round; which vertices still have them does not. */
+/* After a round: the vertices that have heard of nothing but their own ray, and later, know nothing for the moment, and will ask
+ * all their edges. */
 static void take_back(fast_state *s)
 {
-    int64_t n = 0;
-    for (int64_t i = 0; i < s->n_taken_back; ++i) {
-        const loxo_index ray = s->taken_back[i], v = s->m.halfedge_vertex[ray];
-        if (s->jet[v].ray != ray || !(s->distance[v] < HUGE_VAL) ||
+    s->n_taken_back = 0;
+    for (int64_t i = 0; i < s->n_doubtful; ++i) {
+        const fast_doubtful *now = &s->doubtful[i];
+        const loxo_index v = s->m.halfedge_vertex[now->ray];
+        const double rise = (s->flags[v] & FAST_GUESSED) != 0 ? FAST_RISE_OF_A_GUESS : FAST_RISE;
+        if (s->jet[v].ray != now->ray || s->distance[v] < now->before || s->distance[v] > now->before ||
+            !(now->arrival > now->before + rise * (double)s->jet[v].length) ||
             (s->flags[v] & FAST_TAKEN_BACK_MOST) == FAST_TAKEN_BACK_MOST)
             continue;
         s->distance[v] = HUGE_VAL;
         s->flags[v] = (uint8_t)((s->flags[v] & ~FAST_FINAL) + FAST_TAKEN_BACK);
-        s->taken_back[n++] = v;
+        s->taken_back[s->n_taken_back++] = v;
     }
-    s->n_taken_back = n;
+    s->n_doubtful = 0;
 }
 
 static int64_t advance(void *arg)
@@ -299,7 +301,6 @@ static int64_t advance(void *arg)
     } else if (s->stage == FAST_EXPAND) {
         if (!fits(s)) return -1;
         s->stage = FAST_COMMIT;
-        s->n_taken_back = 0;
         __atomic_store_n(&s->n_final, s->n_final + s->n_fresh, __ATOMIC_RELAXED);
         s->n_updates += s->n_tasks;
         return n_chunks(s->n_tasks, COMMIT_CHUNK) + n_chunks(s->n_steps, COMMIT_CHUNK) +
@@ -346,9 +347,15 @@ static loxo_status make_room(fast_state *s)
     loxo_status status = grow(s, &task, &s->task_capacity, s->n_tasks, sizeof *s->task);
     s->task = task;
     if (status >= 0 && s->task_capacity > had) {
+        /* of both lists only this one is not empty between an expansion and the next */
         loxo_index *taken_back = loxo_reallocate(s->ctx, s->taken_back, s->task_capacity, sizeof *taken_back);
-        if (taken_back == NULL) status = LOXO_ERR_MEMORY;
         if (taken_back != NULL) s->taken_back = taken_back;
+        loxo_release(s->ctx, s->doubtful);
+        s->doubtful = loxo_allocate(s->ctx, s->task_capacity, sizeof *s->doubtful);
+        if (taken_back == NULL || s->doubtful == NULL) {
+            s->task_capacity = 0; /* there is no room for one without the others */
+            status = LOXO_ERR_MEMORY;
+        }
     }
     if (status >= 0) status = grow(s, &step, &s->step_capacity, s->n_steps, sizeof *s->step);
     s->step = step;
@@ -367,8 +374,8 @@ loxo_status fast_make_ready(fast_state *s)
 
 void fast_seed(fast_state *s, loxo_index v, double distance, const fast_jet *jet, loxo_index source)
 {
-    fast_batch batch = {.n = 0, .n_rays = 0};
-    offer(s, &batch, v, distance, jet, source, FAST_ALONG);
+    fast_batch batch = {.n = 0};
+    offer(s, &batch, v, distance, jet, source, false);
     fast_queue(s, batch.vertex, batch.n);
 }
 
