@@ -330,6 +330,10 @@ static void collect(const fast_state *s, fast_bench *b, loxo_index v, int64_t be
     for (int64_t i = begin; i < end + (b->halfedge[end] == FAN_OPEN); ++i) {
         const loxo_index y = b->neighbour[i], h = i < end ? b->halfedge[i] : b->halfedge[end - 1];
         if ((fast_flags(s, y) & FAST_FINAL) == 0) continue;
+        const bool z_is_final = i < end && (fast_flags(s, b->neighbour[i + 1]) & FAST_FINAL) != 0;
+        if (z_is_final)
+            emit_task(s, b, n_tasks, k_next(h), y, b->neighbour[i + 1], v, b->rim[i], b->spoke[i], b->spoke[i + 1]);
+        if ((fast_flags(s, y) & FAST_NEW) != 0) continue; /* it tells of the way itself: its slopes are being written */
         /* from y to v; a boundary edge may have no half-edge that starts there, nor then a slope */
         const loxo_index to_here = i < end ? s->m.halfedge_twin[h] : k_previous(h);
         const float d = (float)s->distance[y];
@@ -341,8 +345,6 @@ static void collect(const fast_state *s, fast_bench *b, loxo_index v, int64_t be
                                             .target = v,
                                             .ray = h,
                                             .source = source_of(s, y)};
-        if (i == end || (fast_flags(s, b->neighbour[i + 1]) & FAST_FINAL) == 0) continue;
-        emit_task(s, b, n_tasks, k_next(h), y, b->neighbour[i + 1], v, b->rim[i], b->spoke[i], b->spoke[i + 1]);
     }
 }
 
