@@ -56,6 +56,8 @@ static void run_thread(const loxo_phases *phases, shared_state *s)
         if (chunk >= n_chunks) {
             if (++n_spins > SPINS_BEFORE_YIELD) {
                 n_spins = 0;
+                /* It may get no chunk for long, where phases are short and others quicker. */
+                if (polls && phases->poll(phases->arg)) __atomic_store_n(&s->is_stopped, 1, __ATOMIC_RELAXED);
                 loxo_os_yield();
             }
             continue;
