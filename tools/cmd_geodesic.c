@@ -101,7 +101,9 @@ static loxo_status estimate(cli_run *run, geodesic_state *s, const cli_method *m
     if (status >= 0) status = cli_count_mesh(run, run->args.operand[0], &counts);
     if (status < 0) return status;
     const int64_t n = counts.n_vertices, n_faces = counts.n_faces;
-    const size_t result_bytes = sizeof(double) * (size_t)n;
+    const bool tells_nearest = cli_args_has(&run->args, "nearest-output"); /* as ids, and as numbers to write */
+    const size_t result_bytes =
+        (sizeof(double) + (tells_nearest ? sizeof(double) + sizeof(loxo_index) : 0)) * (size_t)n;
     choose_order(run, s, n, n_faces, counts.is_float);
     if ((status = loxo_geodesic_resolve(run->ctx, n, 1, &s->geodesic)) < 0) return status;
     status = loxo_mesh_estimate(n, n_faces, counts.is_float, &s->mesh, &mesh_bytes, &build_bytes);

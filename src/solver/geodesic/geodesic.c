@@ -314,6 +314,8 @@ loxo_status loxo_geodesic_distance(loxo_context *ctx, const loxo_mesh *mesh, con
 /* Two threads are 1.3 to 1.7 times one. */
 #define GAIN_OF_A_THREAD 0.5
 
+#define LABEL_BYTES 32 /* a vertex, while nearest sources are found */
+
 loxo_status loxo_geodesic_estimate(loxo_context *ctx, int64_t n_vertices, int64_t n_faces,
                                    const loxo_geodesic_settings *settings, size_t *workspace_bytes, double *solve_s)
 {
@@ -334,8 +336,11 @@ loxo_status loxo_geodesic_estimate(loxo_context *ctx, int64_t n_vertices, int64_
     problem.n_boundary_edges = 2 * n_vertices - n_faces - 4;
     if (problem.n_boundary_edges < 0) problem.n_boundary_edges = 0;
     if (problem.n_boundary_edges > 3 * n_faces) problem.n_boundary_edges = 3 * n_faces;
-    if (workspace_bytes != NULL)
+    if (workspace_bytes != NULL) {
         *workspace_bytes = engine->bytes(&problem) + own_bytes(&problem.settings, engine, n_vertices);
+        /* rays and windows bring their source along; from distances it has to be found (geodesic_label_nearest) */
+        if (problem.settings.nearest && !engine->is_of_ways) *workspace_bytes += LABEL_BYTES * (size_t)n_vertices;
+    }
     if (solve_s != NULL) {
         const double n_threads = (double)loxo_threads_for(ctx, n_vertices, 100.0);
         const double growth = n_vertices > 0 ? pow(1e-6 * (double)n_vertices, engine->growth) : 1.0;
