@@ -295,6 +295,30 @@ TEST(ways_after_a_refused_solve)
     surface_destroy(&s);
 }
 
+/* Two squares that touch in vertex 0, which a repair splits: whichever of them the source is in, a way from there is found. */
+TEST(ways_from_a_vertex_that_was_split)
+{
+    static const double position[21] = {0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0, -1, 0, 0, -1, -1, 0, 0, -1, 0};
+    static const loxo_index triangle[12] = {0, 1, 2, 0, 2, 3, 0, 4, 5, 0, 5, 6};
+    const loxo_mesh_arrays arrays = {.n_vertices = 7, .n_faces = 4, .position = position, .triangle = triangle};
+    loxo_mesh_settings settings = loxo_mesh_settings_default();
+    loxo_mesh *mesh = NULL;
+    settings.repair = true;
+    CHECK_STATUS(test_context, loxo_mesh_create(test_context, &arrays, LOXO_COPY, &settings, NULL, &mesh),
+                 LOXO_REPAIRED);
+    for (int k = 0; k < 2; ++k) {
+        const loxo_surface_point source = at(k == 0 ? 2 : 5), target = at(0);
+        double distance[7];
+        loxo_polylines lines;
+        for (int v = 0; v < 7; ++v)
+            distance[v] = v == 0 || (v < 4) == (k == 0) ? away(&position[3 * v], &position[k == 0 ? 6 : 15]) : HUGE_VAL;
+        CHECK_OK(loxo_geodesic_trace(test_context, mesh, distance, &source, 1, &target, 1, &lines));
+        CHECK_NEAR(loxo_polyline_length(&lines, 0), sqrt(2.0), 1e-15);
+        loxo_polylines_destroy(test_context, &lines);
+    }
+    loxo_mesh_destroy(mesh);
+}
+
 static loxo_status find_ways(loxo_context *ctx, void *arg)
 {
     const surface *s = arg;

@@ -135,7 +135,9 @@ static loxo_status settle(loxo_flips *t, loxo_index start, bool *is_overfull)
         const quadrangle q = around(t, h);
         new_faces new;
         if (!is_better(t, &q, &new)) continue;
-        if (t->most_flips > 0 && t->n_flips == t->most_flips) return LOXO_NOT_CONVERGED;
+        if (t->most_flips > 0 && t->n_flips == t->most_flips)
+            return loxo_fail(t->ctx, LOXO_NOT_CONVERGED, "intrinsic: %lld flips were not enough (--max-flips)",
+                             (long long)t->most_flips);
         const loxo_status status = flip(t, &q, &new);
         if (status < 0) return status;
         if (t->n_flips % BETWEEN_LOOKS == 0 && loxo_stop_wanted(t->ctx, "flips", -1.0))

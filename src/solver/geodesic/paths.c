@@ -57,35 +57,48 @@ static void end(path_finder *p)
     loxo_release(p->problem->ctx, p->goal);
 }
 
-/* One target may be several seeds after a repair: the nearest of them. */
-static loxo_status find_path(path_finder *p, const loxo_surface_point *target, int64_t i, line_builder *builder)
+/* The failure speaks of a source or a point: what seeds are made of. */
+static loxo_status fail_target(loxo_context *ctx, loxo_status status)
+{
+    const loxo_failure failure = *loxo_context_failure(ctx);
+    const loxo_place place = {.byte = -1, .element = failure.element};
+    if (status != LOXO_ERR_ARGUMENT && status != LOXO_ERR_MESH) return status;
+    return loxo_fail_at(ctx, status, place, "target %" PRId64 ": %s", failure.element, failure.text);
+}
+
+static loxo_status trace(path_finder *p, const geodesic_seed *from, line_builder *builder)
+{
+    if (p->engine != NULL) return p->engine->trace(p->state, from, builder);
+    const line_goal start = goal_of(from);
+    const loxo_status status = line_descend(p->descent, &start, &p->way);
+    return status < 0 ? status : line_straighten(&p->straightener, &p->way, builder);
+}
+
+/* One target may be several seeds after a repair: the nearest of them, and where distances were given by the caller's numbers,
+ * which all copies of a vertex share, the nearest from which a way leads on. from is put in that order. */
+static loxo_status find_path(path_finder *p, geodesic_seed *from, int64_t n, int64_t i, line_builder *builder)
 {
     loxo_context *ctx = p->problem->ctx;
-    geodesic_seed *from = NULL;
-    int64_t n = 0, best = 0;
     const loxo_place place = {.byte = -1, .element = i};
-    loxo_status status = geodesic_seeds_from_points(p->problem, target, 1, &from, &n);
-    if (status == LOXO_ERR_ARGUMENT) {
-        char text[sizeof(loxo_failure)];
-        (void)snprintf(text, sizeof text, "%s", loxo_context_failure(ctx)->text);
-        status = loxo_fail_at(ctx, status, place, "target %" PRId64 ": %s", i, text);
+    loxo_status status = LOXO_ERR_ARGUMENT;
+    for (int64_t k = 0; k < n; ++k) {
+        int64_t best = k;
+        for (int64_t j = k + 1; j < n; ++j)
+            if (distance_at(p, &from[j]) < distance_at(p, &from[best])) best = j;
+        const geodesic_seed seed = from[best];
+        from[best] = from[k];
+        from[k] = seed;
+        const double distance = distance_at(p, &seed);
+        if (k == 0 && !isfinite(distance))
+            return loxo_fail_at(ctx, LOXO_ERR_ARGUMENT, place, "target %" PRId64 " is not reached by the sources", i);
+        if (!isfinite(distance)) break;
+        status = trace(p, &seed, builder);
+        if (status >= 0) return line_end_way(builder, distance);
+        if (status != LOXO_ERR_ARGUMENT) return status;
     }
-    if (status < 0) return status;
-    for (int64_t k = 1; k < n; ++k)
-        if (distance_at(p, &from[k]) < distance_at(p, &from[best])) best = k;
-    const double distance = distance_at(p, &from[best]);
-    if (!isfinite(distance)) {
-        status = loxo_fail_at(ctx, LOXO_ERR_ARGUMENT, place, "target %" PRId64 " is not reached by the sources", i);
-    } else if (p->engine != NULL) {
-        status = p->engine->trace(p->state, &from[best], builder);
-    } else {
-        const line_goal start = goal_of(&from[best]);
-        status = line_descend(p->descent, &start, &p->way);
-        if (status >= 0) status = line_straighten(&p->straightener, &p->way, builder);
-    }
-    if (status >= 0) status = line_end_way(builder, distance);
-    loxo_release(ctx, from);
-    return status;
+    char text[sizeof(loxo_failure)];
+    (void)snprintf(text, sizeof text, "%s", loxo_context_failure(ctx)->text);
+    return loxo_fail_at(ctx, status, place, "target %" PRId64 ": %s", i, text);
 }
 
 static loxo_status find_paths(path_finder *p, const geodesic_seed *seeds, int64_t n_seeds,
@@ -93,11 +106,15 @@ static loxo_status find_paths(path_finder *p, const geodesic_seed *seeds, int64_
 {
     loxo_context *ctx = p->problem->ctx;
     line_builder builder;
-    loxo_status status = line_builder_begin(ctx, &p->problem->m, &builder);
-    if (status < 0) return status;
+    geodesic_seed *from = NULL;
+    int64_t *from_begin = NULL;
+    loxo_status status = geodesic_seeds_by_point(p->problem, targets, n_targets, &from, &from_begin);
+    if (status < 0) status = fail_target(ctx, status);
+    if (status >= 0) status = line_builder_begin(ctx, &p->problem->m, &builder);
+    if (status < 0) goto done;
     status = begin(p, seeds, n_seeds);
     for (int64_t i = 0; i < n_targets && status >= 0; ++i) {
-        status = find_path(p, &targets[i], i, &builder);
+        status = find_path(p, &from[from_begin[i]], from_begin[i + 1] - from_begin[i], i, &builder);
         if (status >= 0 && loxo_stop_wanted(ctx, "paths", (double)i / (double)n_targets))
             status = loxo_fail(ctx, LOXO_ERR_STOPPED, "geodesic: stopped while ways were traced");
     }
@@ -106,6 +123,9 @@ static loxo_status find_paths(path_finder *p, const geodesic_seed *seeds, int64_
         loxo_polylines_destroy(ctx, &builder.lines);
     else
         *lines = builder.lines;
+done:
+    loxo_release(ctx, from_begin);
+    loxo_release(ctx, from);
     return status;
 }
 

@@ -13,7 +13,7 @@
 
 #define SELECT_CHUNK   ((int64_t)512)
 #define COMMIT_CHUNK   ((int64_t)2 * K_JETS)
-#define LISTS_AT_FIRST 65536
+#define LISTS_AT_FIRST 16384
 #define ASK_AHEAD      ((int64_t)12)
 
 /* The bits of a distance: as whole numbers they are ordered as distances are. */
