@@ -105,23 +105,28 @@ static int64_t look_at_row(const mg_level *l, int64_t i, stiff_edges *list, int6
 static loxo_status find_edges(loxo_context *ctx, const mg_level *l, stiff_edges *list)
 {
     const int n_threads = loxo_threads_for(ctx, l->n, 10.0);
-    int64_t *at = loxo_allocate(ctx, n_threads + 1, sizeof *at);
+    const int64_t n_shares =
+        n_threads; /* of the rows, the same in both turns; how many threads come is the system's affair */
+    int64_t *at = loxo_allocate(ctx, n_shares, sizeof *at);
     if (at == NULL) return LOXO_ERR_MEMORY;
     loxo_status status = LOXO_OK;
     for (int turn = 0; turn < 2; ++turn) { /* counts, then entries */
 #pragma omp parallel num_threads(n_threads)
         {
-            const loxo_range r = loxo_thread_range(l->n);
-            int64_t *mine = &at[loxo_thread_id()], n = turn == 0 ? 0 : *mine;
-            for (int64_t i = r.begin; i < r.end; ++i)
-                n += look_at_row(l, i, turn == 0 ? NULL : list, n);
-            *mine = n;
+            const loxo_range mine = loxo_thread_range(n_shares);
+            for (int64_t share = mine.begin; share < mine.end; ++share) {
+                const loxo_range r = loxo_range_of(l->n, share, n_shares);
+                int64_t n = turn == 0 ? 0 : at[share];
+                for (int64_t i = r.begin; i < r.end; ++i)
+                    n += look_at_row(l, i, turn == 0 ? NULL : list, n);
+                at[share] = n;
+            }
         }
         if (turn == 1) break;
         list->n = 0;
-        for (int t = 0; t < n_threads; ++t) {
-            const int64_t n = at[t];
-            at[t] = list->n;
+        for (int64_t share = 0; share < n_shares; ++share) {
+            const int64_t n = at[share];
+            at[share] = list->n;
             list->n += n;
         }
         if (list->n == 0) break;

@@ -127,6 +127,8 @@ void exact_judge(exact_state *s, exact_worker *worker, const exact_offer *offer)
         if ((known & EXACT_BENDS) && !(known & EXACT_QUEUED) && offer->is_news) {
             known = (uint8_t)(known | EXACT_QUEUED);
             exact_queue(s, worker, (uint32_t)(3 * s->m.n_faces) + (uint32_t)v, offer->distance);
+        } else if ((known & EXACT_QUEUED) && offer->distance < worker->least) {
+            worker->least = offer->distance; /* else the key of the first to come would be what is known of it */
         }
     }
     if (s->n_threads > 1)

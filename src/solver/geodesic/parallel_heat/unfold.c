@@ -36,6 +36,7 @@ typedef struct unfolding {
     double *distance;
     int n_threads;
     int64_t begin, end, tail; /* of the queue: this round, and what was found for the next */
+    int64_t n_sources;
     int64_t pass;
     int64_t progress; /* the poll looks at it */
     int64_t n_again;  /* to be done again in the next pass, some counted twice */
@@ -100,12 +101,16 @@ static void count_hotter(const unfolding *s)
     }
 }
 
-/* The first round: the sources, and what is hotter than all around it. */
+/* The first round: the sources. In the second, with what these release, is what else is hotter than all around it: no two of
+ * that are neighbours, but one may be a source's. */
 static void find_first(unfolding *s)
 {
     const parallel_heat *g = s->g;
     for (int64_t v = 0; v < g->m.n_vertices; ++v)
-        if (g->rank[v] >= 0 && (g->waits_for[v] == 0 || is_source(g, (loxo_index)v)))
+        if (g->rank[v] >= 0 && is_source(g, (loxo_index)v)) g->queue[s->tail++] = (loxo_index)v;
+    s->n_sources = s->tail;
+    for (int64_t v = 0; v < g->m.n_vertices; ++v)
+        if (g->rank[v] >= 0 && g->waits_for[v] == 0 && !is_source(g, (loxo_index)v))
             g->queue[s->tail++] = (loxo_index)v;
 }
 
@@ -137,7 +142,7 @@ static inline void tell(unfolding *s, loxo_index v, loxo_index w, loxo_index h, 
         if (behind <= 0.0 || is_source(s->g, w) || behind <= EARLY * edge_length(&s->g->m, h)) return;
         __atomic_store_n(waits_for, AGAIN, __ATOMIC_RELAXED);
         __atomic_add_fetch(&s->n_again, 1, __ATOMIC_RELAXED);
-    } else if (s->pass == 0) {
+    } else if (s->pass == 0 && is_hotter(s->g->heat_key, v, w)) { /* else it does not wait for v: a source */
         const loxo_index left = s->n_threads == 1 ? --*waits_for : __atomic_sub_fetch(waits_for, 1, __ATOMIC_RELAXED);
         if (left != 0) return;
         if (found->n == MOST_FOUND) hand_over(s, found);
@@ -234,7 +239,7 @@ static int64_t unfold_advance(void *arg)
     if (s->end == s->tail && (s->tail == 0 || !begin_pass(s))) return -1;
     s->begin = s->end;
     if (s->pass == 0) {
-        s->end = s->tail;
+        s->end = s->begin == 0 && s->n_sources > 0 ? s->n_sources : s->tail;
         queue[s->begin] = (loxo_index)~queue[s->begin];
     } else {
         do {

@@ -30,7 +30,7 @@ static void partial_step(int64_t begin, int64_t end, const void *arg, double *su
 loxo_status poisson_vary(poisson *p, double *distance, loxo_geodesic_info *info)
 {
     const step_arg arg = {p, distance, 0.01 * p->settings.penalty};
-    loxo_status status = LOXO_OK;
+    loxo_status status = LOXO_OK, of_solve = LOXO_OK; /* of the last solve, which the distances are from */
     memset(p->dual, 0, (size_t)(2 * p->m.n_faces) * sizeof *p->dual);
     info->stop_reason = LOXO_STOP_MAX_ITERATIONS;
     for (;; ++info->n_iterations) {
@@ -38,10 +38,10 @@ loxo_status poisson_vary(poisson *p, double *distance, loxo_geodesic_info *info)
         if ((status = loxo_sum(p->ctx, p->m.n_faces, 3, partial_step, &arg, sums)) < 0) return status;
         info->objective = 0.5 * sums[0];
         info->residual = sums[2] > 0.0 ? sqrt(sums[1] / sums[2]) : 0.0;
-        if (info->n_iterations == p->settings.n_iterations) break;
+        if (info->n_iterations == p->settings.n_iterations) return of_solve;
         if (info->residual <= p->settings.primal_tolerance) {
             info->stop_reason = LOXO_STOP_TOLERANCE;
-            break;
+            return of_solve;
         }
         const loxo_progress progress = {.phase = "ADMM",
                                         .fraction = (double)info->n_iterations / (double)p->settings.n_iterations,
@@ -51,10 +51,8 @@ loxo_status poisson_vary(poisson *p, double *distance, loxo_geodesic_info *info)
                                         .residual = info->residual};
         if (loxo_progress_tell(p->ctx, &progress, false)) {
             info->stop_reason = LOXO_STOP_MONITOR;
-            status = loxo_fail(p->ctx, LOXO_STOPPED, "geodesic: stopped; the distances are those of the last state");
-            break;
+            return loxo_fail(p->ctx, LOXO_STOPPED, "geodesic: stopped; the distances are those of the last state");
         }
-        if ((status = poisson_solve_field(p, distance, info)) < 0 || status == LOXO_STOPPED) return status;
+        if ((of_solve = poisson_solve_field(p, distance, info)) < 0 || of_solve == LOXO_STOPPED) return of_solve;
     }
-    return status;
 }
