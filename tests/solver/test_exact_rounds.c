@@ -3,6 +3,7 @@
 #include "../shapes.h"
 #include "base/context.h"
 #include "solver/geodesic/geodesic_internal.h"
+#include "stopper.h"
 #include "surfaces.h"
 
 #include <loxo/lines.h>
@@ -160,20 +161,6 @@ TEST(balls)
         surface_destroy(&s);
         loxo_context_destroy(ctx);
     }
-}
-
-typedef struct stopper {
-    loxo_context *ctx;
-    int n_calls, stop_at;
-} stopper;
-
-/* Asked every 20 ms only; here the clock of the last question is turned back. */
-static int stop_monitor(void *user, const loxo_progress *progress)
-{
-    stopper *w = user;
-    w->ctx->last_progress_s = -1e9;
-    CHECK(progress->fraction >= 0.0 && progress->fraction <= 1.0);
-    return ++w->n_calls == w->stop_at;
 }
 
 /* Stopped in any phase of any round: what there is, is the length of some way, and the next solve knows nothing of it. */

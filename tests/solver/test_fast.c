@@ -4,6 +4,7 @@
 #include "../shapes.h"
 #include "base/context.h"
 #include "base/rng.h"
+#include "stopper.h"
 #include "surfaces.h"
 
 #include <loxo/geodesic.h>
@@ -391,20 +392,6 @@ TEST(each_allocation_fails)
     CHECK(soup.n_vertices <= 512);
     CHECK(test_each_allocation_fails(solve_with_allocations, &soup) > 5);
     loxo_soup_destroy(test_context, &soup);
-}
-
-typedef struct stopper {
-    loxo_context *ctx;
-    int n_calls, stop_at;
-} stopper;
-
-/* Asked every 20 ms only; here the clock of the last question is turned back. */
-static int stop_monitor(void *user, const loxo_progress *progress)
-{
-    stopper *w = user;
-    w->ctx->last_progress_s = -1e9;
-    CHECK(progress->fraction >= 0.0 && progress->fraction <= 1.0);
-    return ++w->n_calls == w->stop_at;
 }
 
 /* What the front has passed when it is stopped stands as it would without the stop, but for what a vertex would still have

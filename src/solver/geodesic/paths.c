@@ -96,9 +96,8 @@ static loxo_status find_path(path_finder *p, geodesic_seed *from, int64_t n, int
         if (status >= 0) return line_end_way(builder, distance);
         if (status != LOXO_ERR_ARGUMENT) return status;
     }
-    char text[sizeof(loxo_failure)];
-    (void)snprintf(text, sizeof text, "%s", loxo_context_failure(ctx)->text);
-    return loxo_fail_at(ctx, status, place, "target %" PRId64 ": %s", i, text);
+    const loxo_failure failure = *loxo_context_failure(ctx);
+    return loxo_fail_at(ctx, status, place, "target %" PRId64 ": %s", i, failure.text);
 }
 
 static loxo_status find_paths(path_finder *p, const geodesic_seed *seeds, int64_t n_seeds,

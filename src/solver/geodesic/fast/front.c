@@ -106,8 +106,8 @@ static void select_chunk(fast_state *s, int64_t begin, int64_t end)
             continue;
         }
         fresh[n_fresh++] = v;
-        const unsigned counted = fast_flags(s, v) & FAST_TAKEN_BACK_MOST;
-        __atomic_store_n(&s->flags[v], (uint8_t)(FAST_FINAL | FAST_NEW | counted), __ATOMIC_RELAXED);
+        const unsigned kept_flags = fast_flags(s, v) & (FAST_TAKEN_BACK_MOST | FAST_GUESSED);
+        __atomic_store_n(&s->flags[v], (uint8_t)(FAST_FINAL | FAST_NEW | kept_flags), __ATOMIC_RELAXED);
     }
     lower(&s->next_horizon, least);
     fast_queue(s, kept, n_kept);
