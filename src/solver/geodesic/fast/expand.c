@@ -51,6 +51,12 @@ static int64_t lay_fan(const loxo_mesh_view *m, fast_bench *b, loxo_index v, int
     return k + 1;
 }
 
+double fast_edge_across(const loxo_mesh_view *m, loxo_index ray)
+{
+    const loxo_index h = k_next(ray);
+    return sqrt(square_along(m, h, m->halfedge_vertex[h], k_head(m, h)));
+}
+
 static int64_t count_spokes(const loxo_mesh_view *m, loxo_index v)
 {
     const loxo_index first = m->vertex_halfedge[v];

@@ -114,7 +114,8 @@ static void clear(fast_state *s)
     }
     s->n_touched = -1;
     s->n_next = s->n_doubtful = s->n_taken_back = s->n_rounds = s->n_final = s->n_updates = 0;
-    s->next_horizon = 0;
+    s->next_horizon = s->overhang = 0;
+    s->is_renewing = false;
 }
 
 static int compare_indices(const void *a, const void *b)
@@ -123,10 +124,11 @@ static int compare_indices(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-/* Puts v into the list if it was reached and is not in it. */
+/* Puts v into the list if it was ever reached and is not in it. */
 static void touch(fast_state *s, loxo_index v)
 {
-    if (s->distance[v] == HUGE_VAL || (s->flags[v] & FAST_LISTED) != 0) return;
+    const bool was_reached = s->distance[v] < HUGE_VAL || s->flags[v] != 0; /* taken back: its count stands in flags */
+    if (!was_reached || (s->flags[v] & FAST_LISTED) != 0) return;
     s->flags[v] |= FAST_LISTED;
     s->fresh[s->n_touched++] = v;
 }

@@ -112,6 +112,8 @@ typedef struct fast_state {
     int64_t bench_wanted;  /* a fan, or what a piece of the round emits, did not fit */
     double horizon;        /* nothing that is not final is nearer */
     uint64_t next_horizon; /* the same of the next, as bits */
+    uint64_t overhang;     /* longest edge that a ray within the limit came through, as bits */
+    bool is_renewing;      /* vertices within the limit were taken back in the round before */
     int64_t n_rounds, n_final, n_updates;
 
     int64_t n_touched; /* what a limited solve reached stands in fresh, ascending; -1: no such list, it may be all */
@@ -139,6 +141,8 @@ static inline unsigned fast_flags(const fast_state *s, loxo_index v)
 void fast_expand(fast_state *s, int64_t begin, int64_t end);
 /* The same for those of taken_back[begin..end-1]: what their neighbours tell them. */
 void fast_ask_again(fast_state *s, int64_t begin, int64_t end);
+/* Length of the edge that a ray's last leg comes through. */
+double fast_edge_across(const loxo_mesh_view *m, loxo_index ray);
 /* Tasks that one vertex emits at most, and steps, for each spoke. */
 #define FAST_TASKS_A_SPOKE   2
 #define FAST_STEPS_A_SPOKE   3

@@ -31,6 +31,13 @@ static void lower(uint64_t *least, uint64_t bits)
     }
 }
 
+static void raise(uint64_t *most, uint64_t bits)
+{
+    uint64_t old = __atomic_load_n(most, __ATOMIC_RELAXED);
+    while (bits > old && !__atomic_compare_exchange_n(most, &old, bits, true, __ATOMIC_RELAXED, __ATOMIC_RELAXED)) {
+    }
+}
+
 void fast_queue(fast_state *s, const loxo_index *vertex, int64_t n)
 {
     if (n == 0) return;
@@ -84,6 +91,7 @@ static void select_chunk(fast_state *s, int64_t begin, int64_t end)
     loxo_index fresh[SELECT_CHUNK], kept[SELECT_CHUNK];
     int64_t n_fresh = 0, n_kept = 0;
     uint64_t least = UINT64_MAX;
+    double overhang = 0.0;
     const loxo_index *queue = s->queue[s->side];
     for (int64_t i = begin; i < end; ++i) {
         const loxo_index v = queue[i];
@@ -106,10 +114,13 @@ static void select_chunk(fast_state *s, int64_t begin, int64_t end)
             continue;
         }
         fresh[n_fresh++] = v;
+        if (s->limit < HUGE_VAL && d <= s->limit && s->jet[v].ray >= 0)
+            overhang = fmax(overhang, fast_edge_across(&s->m, s->jet[v].ray));
         const unsigned kept_flags = fast_flags(s, v) & (FAST_TAKEN_BACK_MOST | FAST_GUESSED);
         __atomic_store_n(&s->flags[v], (uint8_t)(FAST_FINAL | FAST_NEW | kept_flags), __ATOMIC_RELAXED);
     }
     lower(&s->next_horizon, least);
+    if (overhang > 0.0) raise(&s->overhang, bits_of(overhang));
     fast_queue(s, kept, n_kept);
     const int64_t to = __atomic_fetch_add(&s->n_fresh, n_fresh, __ATOMIC_RELAXED);
     memcpy(&s->fresh[to], fresh, (size_t)n_fresh * sizeof *fresh);
@@ -271,9 +282,10 @@ static int64_t begin_expand(fast_state *s)
 }
 
 /* After a round: the vertices that have heard of nothing but their own ray, and later, know nothing for the moment, and will ask
- * all their edges. */
-static void take_back(fast_state *s)
+ * all their edges. Whether any is within the limit. */
+static bool take_back(fast_state *s)
 {
+    bool any_within = false;
     s->n_taken_back = 0;
     for (int64_t i = 0; i < s->n_doubtful; ++i) {
         const fast_doubtful *now = &s->doubtful[i];
@@ -283,11 +295,25 @@ static void take_back(fast_state *s)
             !(now->arrival > now->before + rise * (double)s->jet[v].length) ||
             (s->flags[v] & FAST_TAKEN_BACK_MOST) == FAST_TAKEN_BACK_MOST)
             continue;
+        any_within = any_within || now->before <= s->limit;
         s->distance[v] = HUGE_VAL;
         s->flags[v] = (uint8_t)((s->flags[v] & ~FAST_FINAL) + FAST_TAKEN_BACK);
         s->taken_back[s->n_taken_back++] = v;
     }
     s->n_doubtful = 0;
+    return any_within;
+}
+
+/* Whether what is left of the front is so far beyond the limit that nothing within hears of it. A ray within may come through an
+ * edge whose other end is beyond, and be told again once that is final: it is nearer than limit + that edge. A vertex that was
+ * taken back asks in one round, and what it heard is looked at in the next. */
+static bool is_beyond(fast_state *s, bool any_taken_back)
+{
+    const bool was_renewing = s->is_renewing;
+    double overhang;
+    memcpy(&overhang, &s->overhang, sizeof overhang);
+    s->is_renewing = any_taken_back;
+    return !was_renewing && !any_taken_back && s->horizon > s->limit + overhang;
 }
 
 static int64_t advance(void *arg)
@@ -306,14 +332,14 @@ static int64_t advance(void *arg)
         return n_chunks(s->n_tasks, COMMIT_CHUNK) + n_chunks(s->n_steps, COMMIT_CHUNK) +
                n_chunks(s->n_fresh, SELECT_CHUNK);
     }
-    take_back(s);
+    const bool any_taken_back = take_back(s);
     s->side = 1 - s->side;
     s->n_queue = s->n_next;
     s->n_next = s->n_fresh = 0;
     if (s->next_horizon != UINT64_MAX) memcpy(&s->horizon, &s->next_horizon, sizeof s->horizon);
     s->next_horizon = UINT64_MAX;
     s->stage = FAST_SELECT;
-    if (s->n_taken_back == 0 && (s->n_queue == 0 || s->horizon > s->limit)) {
+    if (is_beyond(s, any_taken_back) || (s->n_taken_back == 0 && s->n_queue == 0)) {
         s->is_over = true;
         return -1;
     }
