@@ -15,32 +15,29 @@
 
 typedef struct growing {
     const mg_level *level;
-    const float *strongest;
     loxo_index *aggregate;
     int64_t zone_rows;
 } growing;
 
 #define FREE ((loxo_index)-2)
 
-static bool is_strong(const float *strongest, float weight, int64_t i, int64_t j)
+static bool is_strong(const mg_level *l, float weight, int64_t i, int64_t j)
 {
-    return weight > 0.0f && weight >= MG_STRONG * strongest[i] && weight >= MG_STRONG * strongest[j];
+    return weight > 0.0f && weight >= MG_STRONG * l->strongest[i] && weight >= MG_STRONG * l->strongest[j];
 }
 
-static void look_at_rows(loxo_context *ctx, const mg_level *l, loxo_index *aggregate, float *strongest)
+static void look_at_rows(loxo_context *ctx, const mg_level *l, loxo_index *aggregate)
 {
 #pragma omp parallel num_threads(loxo_threads_for(ctx, l->n, 10.0))
     {
         const loxo_range r = loxo_thread_range(l->n);
         for (int64_t i = r.begin; i < r.end; ++i) {
-            float most = 0.0f, sum = 0.0f;
+            float sum = 0.0f;
             for (int64_t k = l->row[i]; k < l->row[i + 1]; ++k) {
                 const float w = l->weight[k];
-                most = w > most ? w : most;
                 sum += w < 0.0f ? -w : w;
             }
-            strongest[i] = most;
-            aggregate[i] = most > 0.0f && mg_excess(l, i) < FIRM * (double)sum ? FREE : MG_NONE;
+            aggregate[i] = l->strongest[i] > 0.0f && mg_excess(l, i) < FIRM * (double)sum ? FREE : MG_NONE;
         }
     }
 }
@@ -55,7 +52,7 @@ static int64_t grow_zone(const growing *g, int64_t begin, int64_t end)
         bool is_root = g->aggregate[i] == FREE, has_neighbour = false;
         for (int64_t k = l->row[i]; k < l->row[i + 1] && is_root; ++k) {
             const int64_t j = l->column[k];
-            if (j < begin || j >= end || !is_strong(g->strongest, l->weight[k], i, j)) continue;
+            if (j < begin || j >= end || !is_strong(l, l->weight[k], i, j)) continue;
             if (g->aggregate[j] == MG_NONE) continue;
             is_root = g->aggregate[j] == FREE;
             has_neighbour = true;
@@ -64,7 +61,7 @@ static int64_t grow_zone(const growing *g, int64_t begin, int64_t end)
         g->aggregate[i] = (loxo_index)n;
         for (int64_t k = l->row[i]; k < l->row[i + 1]; ++k) {
             const int64_t j = l->column[k];
-            if (j >= begin && j < end && g->aggregate[j] == FREE && is_strong(g->strongest, l->weight[k], i, j))
+            if (j >= begin && j < end && g->aggregate[j] == FREE && is_strong(l, l->weight[k], i, j))
                 g->aggregate[j] = (loxo_index)n;
         }
         ++n;
@@ -83,7 +80,7 @@ static loxo_index best_aggregate(const growing *g, const loxo_index *given, int6
         const int64_t j = l->column[k];
         const float w = l->weight[k];
         if (given[j] < 0 || !(w > 0.0f)) continue;
-        const bool strong = is_strong(g->strongest, w, i, j);
+        const bool strong = is_strong(l, w, i, j);
         if (strong < is_best_strong || (strong == is_best_strong && w <= best)) continue;
         best = w;
         is_best_strong = strong;
@@ -130,13 +127,12 @@ static bool has_local_order(loxo_context *ctx, const mg_level *l)
     return (double)n_leaving <= MOST_LEAVING * (double)l->row[l->n];
 }
 
-loxo_status mg_aggregate(loxo_context *ctx, const mg_level *level, loxo_index *aggregate, float *strongest,
-                         int64_t *n_aggregates)
+loxo_status mg_aggregate(loxo_context *ctx, const mg_level *level, loxo_index *aggregate, int64_t *n_aggregates)
 {
-    growing g = {.level = level, .strongest = strongest, .aggregate = aggregate, .zone_rows = ZONE_ROWS};
+    growing g = {.level = level, .aggregate = aggregate, .zone_rows = ZONE_ROWS};
     const int64_t n = level->n;
     *n_aggregates = 0;
-    look_at_rows(ctx, level, aggregate, strongest);
+    look_at_rows(ctx, level, aggregate);
     if (!has_local_order(ctx, level)) g.zone_rows = n;
     const int64_t n_zones = n > 0 ? (n + g.zone_rows - 1) / g.zone_rows : 0;
     int64_t *zone = loxo_allocate(ctx, n_zones + 1, sizeof *zone);

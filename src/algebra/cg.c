@@ -132,6 +132,8 @@ typedef struct pass {
     const double *b;
     double *x;
     double alpha;
+    double unit,
+        back; /* b and all that follows from it are worked on times a power of two, unit; x is not: back = 1 / unit */
 } pass;
 
 typedef void (*pass_fn)(const pass *s, int64_t begin, int64_t end, double *part);
@@ -157,16 +159,15 @@ static void run(const pass *s, pass_fn fn, double *sums)
     }
 }
 
-/* r = b - A x; sums: r . r, b . b */
+/* r = b - A x; sum: r . r */
 static void pass_residual(const pass *s, int64_t begin, int64_t end, double *part)
 {
     const loxo_csr *a = s->cg->a;
     double *r = s->cg->r;
     k_csr_multiply(a->begin, a->column, a->value, a->diagonal, begin, end, s->x, r);
     for (int64_t i = begin; i < end; ++i) {
-        r[i] = s->b[i] - r[i];
+        r[i] = s->unit * (s->b[i] - r[i]);
         part[0] += r[i] * r[i];
-        part[1] += s->b[i] * s->b[i];
     }
 }
 
@@ -186,8 +187,9 @@ static void pass_step(const pass *s, int64_t begin, int64_t end, double *part)
 {
     const double *p = s->cg->p, *q = s->cg->q;
     double *r = s->cg->r;
+    const double of_x = s->alpha * s->back;
     for (int64_t i = begin; i < end; ++i) {
-        s->x[i] += s->alpha * p[i];
+        s->x[i] += of_x * p[i];
         r[i] -= s->alpha * q[i];
         part[0] += r[i] * r[i];
     }
@@ -215,15 +217,40 @@ static void pass_direction(const pass *s, int64_t begin, int64_t end, double *pa
         p[i] = q[i] + s->alpha * p[i];
 }
 
-/* sums: x . x over the variables */
+/* q = b in its unit; sum: its square */
+static void pass_take(const pass *s, int64_t begin, int64_t end, double *part)
+{
+    double *q = s->cg->q;
+    for (int64_t i = begin; i < end; ++i) {
+        q[i] = s->unit * s->b[i];
+        part[0] += q[i] * q[i];
+    }
+}
+
+/* sum: b . b */
 static void pass_square(const pass *s, int64_t begin, int64_t end, double *part)
 {
     for (int64_t i = begin; i < end; ++i)
         part[0] += s->b[i] * s->b[i];
 }
 
-/* Takes the mean of each singular set out of v, and 0 into variables that are not there. In order, by one thread: once or
- * twice a solve. */
+/* The power of two that brings the largest of b to 1: squares then neither overflow nor vanish, and the solution of 2^k b
+ * is 2^k times that of b, to the bit. */
+static double choose_unit(const loxo_cg *cg, const double *b)
+{
+    double most = 0.0;
+#pragma omp parallel num_threads(loxo_threads_for(cg->ctx, cg->a->n_rows, 1.0)) reduction(max : most)
+    {
+        const loxo_range r = loxo_thread_range(cg->a->n_rows);
+        for (int64_t i = r.begin; i < r.end; ++i)
+            most = fabs(b[i]) > most ? fabs(b[i]) : most;
+    }
+    if (most == 0.0 || !isfinite(most)) return 1.0;
+    return exp2((double)-ilogb(most) < 1000.0 ? (double)-ilogb(most) : 1000.0); /* both it and 1 / it are numbers */
+}
+
+/* Takes the mean of each singular set out of v; variables that are not there are sets of their own. In order, by one thread:
+ * a few times a solve. */
 static void project(const loxo_cg *cg, double *v)
 {
     const int64_t n = cg->a->n_rows;
@@ -238,7 +265,7 @@ static void project(const loxo_cg *cg, double *v)
         v[i] -= cg->set_mean[cg->label != NULL ? cg->label[i] : 0];
 }
 
-/* r = b - A x, projected; returns its norm. */
+/* r = b - A x in b's unit, projected; returns its norm. */
 static double find_residual(const pass *s)
 {
     double sums[2];
@@ -295,22 +322,24 @@ loxo_status loxo_cg_solve(loxo_cg *cg, const loxo_preconditioner *m, const loxo_
     const loxo_cg_settings chosen = settings != NULL ? *settings : loxo_cg_settings_default();
     loxo_cg_info own = {0};
     double sums[2];
-    pass s = {.cg = cg, .b = b, .x = x};
+    pass s = {.cg = cg, .b = b, .x = x, .unit = choose_unit(cg, b)};
+    s.back = 1.0 / s.unit;
     for (int64_t i = 0; i < cg->a->n_rows; ++i)
         if (!(cg->a->diagonal[i] > 0.0)) x[i] = 0.0;
     /* |b| without its share in the null space: q is free until the first step. */
-    memcpy(cg->q, b, (size_t)cg->a->n_rows * sizeof *b);
-    run(&s, pass_square, sums);
+    run(&s, pass_take, sums);
     const double norm_given = sqrt(sums[0]);
     project(cg, cg->q);
     const pass of_b = {.cg = cg, .b = cg->q};
     run(&of_b, pass_square, sums);
     const double norm_b = sqrt(sums[0]);
-    if (!isfinite(norm_given)) return loxo_fail(cg->ctx, LOXO_ERR_NUMERIC, "conjugate gradients: the right side");
+    if (!isfinite(norm_given))
+        return loxo_fail(cg->ctx, LOXO_ERR_NUMERIC, "conjugate gradients: the right side is not finite");
     own.inconsistent = norm_given > 0.0 ? sqrt(fmax(0.0, norm_given * norm_given - norm_b * norm_b)) / norm_given : 0.0;
     double residual = find_residual(&s);
-    if (!isfinite(residual)) return loxo_fail(cg->ctx, LOXO_ERR_NUMERIC, "conjugate gradients: the start");
-    if (!(norm_b > 1e-300)) { /* nothing to solve for */
+    if (!isfinite(residual))
+        return loxo_fail(cg->ctx, LOXO_ERR_NUMERIC, "conjugate gradients: the start is not finite, or far too large");
+    if (!(norm_b > 0.0)) { /* nothing to solve for */
         memset(x, 0, (size_t)cg->a->n_rows * sizeof *x);
         if (info != NULL) *info = own;
         return LOXO_OK;
@@ -329,6 +358,8 @@ loxo_status loxo_cg_solve(loxo_cg *cg, const loxo_preconditioner *m, const loxo_
         if (!(own.residual < 0.5 * last)) break;
         last = own.residual;
     }
+    if (!isfinite(own.residual))
+        return loxo_fail(cg->ctx, LOXO_ERR_NUMERIC, "conjugate gradients: the solution is beyond the range of numbers");
     project(cg, x);
     if (info != NULL) *info = own;
     if (own.stop_reason == LOXO_CG_MONITOR) return LOXO_STOPPED;

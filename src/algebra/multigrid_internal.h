@@ -41,6 +41,7 @@ typedef struct mg_level {
     loxo_index *column;
     float *weight, *inverse;
     float *excess;     /* NULL: all 0 */
+    float *strongest;  /* [n] the largest weight of a row, 0 where none is positive; while the level is set up */
     mg_map up, down;   /* from the next level to this one, and its transpose; none on the last */
     double *x, *y, *b; /* of level 0 only y: x and b are the caller's */
     mg_stiff stiff;
@@ -90,12 +91,10 @@ static inline double mg_excess(const mg_level *level, int64_t i)
 }
 
 /* Numbers of the aggregates that variables belong to: aggregate [n] out, MG_NONE for a variable that the smoother alone
- * takes care of. strongest [n] out: the largest weight of its row, 0 where none is positive. */
-loxo_status mg_aggregate(loxo_context *ctx, const mg_level *level, loxo_index *aggregate, float *strongest,
-                         int64_t *n_aggregates);
+ * takes care of. */
+loxo_status mg_aggregate(loxo_context *ctx, const mg_level *level, loxo_index *aggregate, int64_t *n_aggregates);
 /* transfer.c: level->up and level->down. */
-loxo_status mg_make_maps(loxo_context *ctx, mg_level *level, const loxo_index *aggregate, const float *strongest,
-                         int64_t n_aggregates);
+loxo_status mg_make_maps(loxo_context *ctx, mg_level *level, const loxo_index *aggregate, int64_t n_aggregates);
 /* coarsen.c: rows of the next level, fine->down * fine * fine->up. */
 loxo_status mg_make_coarse(loxo_context *ctx, const mg_level *fine, mg_level *coarse);
 

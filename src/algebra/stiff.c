@@ -67,26 +67,15 @@ static float weight_between(const mg_level *l, int64_t i, int64_t j)
     return low < l->row[i + 1] && l->column[low] == j ? l->weight[low] : 0.0f;
 }
 
-static float strongest_of(const mg_level *l, int64_t i)
-{
-    float most = 0.0f;
-    for (int64_t k = l->row[i]; k < l->row[i + 1]; ++k)
-        most = l->weight[k] > most ? l->weight[k] : most;
-    return most;
-}
-
 /* Stiff edges from row i to later rows; returns how many. list NULL: only counts, else from place `at` on. */
 static int64_t look_at_row(const mg_level *l, int64_t i, stiff_edges *list, int64_t at)
 {
-    float strongest = -1.0f;
     int64_t n = 0;
     for (int64_t k = l->row[i]; k < l->row[i + 1]; ++k) {
         const int64_t j = l->column[k];
         const float w = -l->weight[k];
         if (j < i || !(w > 0.0f)) continue;
-        if (strongest < 0.0f) strongest = strongest_of(l, i);
-        if (w < STIFF * strongest) continue;
-        const float other = strongest_of(l, j), most = other > strongest ? other : strongest;
+        const float most = l->strongest[i] > l->strongest[j] ? l->strongest[i] : l->strongest[j];
         if (w < STIFF * most) continue;
         if (list != NULL) {
             const float stiffness = w / most; /* bits of positive floats ascend as they do */
@@ -130,12 +119,17 @@ static loxo_status find_edges(loxo_context *ctx, const mg_level *l, stiff_edges 
             list->n += n;
         }
         if (list->n == 0) break;
+        if (list->n > (int64_t)UINT32_MAX) {
+            status = loxo_fail(ctx, LOXO_ERR_LIMIT, "multigrid: over 2^32 stiff edges");
+            break;
+        }
         list->end = loxo_allocate(ctx, list->n, sizeof *list->end);
         list->key = loxo_allocate(ctx, list->n, sizeof *list->key);
         list->order = loxo_allocate(ctx, list->n, sizeof *list->order);
-        if (list->n > (int64_t)UINT32_MAX) status = loxo_fail(ctx, LOXO_ERR_LIMIT, "multigrid: over 2^32 stiff edges");
-        if (list->end == NULL || list->key == NULL || list->order == NULL) status = LOXO_ERR_MEMORY;
-        if (status < 0) break;
+        if (list->end == NULL || list->key == NULL || list->order == NULL) {
+            status = LOXO_ERR_MEMORY;
+            break;
+        }
     }
     loxo_release(ctx, at);
     return status < 0 || list->n == 0 ? status : loxo_sort_u64(ctx, list->n, list->key, list->order, 32);

@@ -26,7 +26,7 @@
 #define LARGEST     1.5
 #define LEAST_SHARE 0.1
 
-static void add_row(const mg_level *l, const loxo_index *aggregate, const float *strongest, int64_t i, mg_adder *a)
+static void add_row(const mg_level *l, const loxo_index *aggregate, int64_t i, mg_adder *a)
 {
     double sum = 0.0;
     if (aggregate[i] < 0) return;
@@ -34,7 +34,7 @@ static void add_row(const mg_level *l, const loxo_index *aggregate, const float 
     for (int64_t k = l->row[i]; k < l->row[i + 1]; ++k) {
         const float w = l->weight[k];
         const loxo_index other = aggregate[l->column[k]];
-        if (!(w > 0.0f) || w < REACH * strongest[i] || other < 0) continue;
+        if (!(w > 0.0f) || w < REACH * l->strongest[i] || other < 0) continue;
         mg_adder_add(a, other, (double)w);
         sum += (double)w;
     }
@@ -53,25 +53,20 @@ static void add_row(const mg_level *l, const loxo_index *aggregate, const float 
     a->value[0] = first;
 }
 
-static loxo_status allocate_map(loxo_context *ctx, mg_map *map, int64_t n_entries)
+/* Offsets from counts, of which begin[i + 1] holds that of row i; and room for so many entries. */
+static loxo_status lay_out(loxo_context *ctx, mg_map *map)
 {
+    int64_t n_entries = 0;
+    for (int64_t i = 0; i < map->n_rows; ++i)
+        n_entries += map->begin[i + 1];
     if (n_entries > (int64_t)UINT32_MAX)
         return loxo_fail(ctx, LOXO_ERR_LIMIT, "multigrid: the prolongation has over 2^32 entries");
+    map->begin[0] = 0;
+    for (int64_t i = 0; i < map->n_rows; ++i)
+        map->begin[i + 1] += map->begin[i];
     map->column = loxo_allocate(ctx, n_entries, sizeof *map->column);
     map->value = loxo_allocate(ctx, n_entries, sizeof *map->value);
     return map->column == NULL || map->value == NULL ? LOXO_ERR_MEMORY : LOXO_OK;
-}
-
-/* Offsets from counts: begin[i + 1] holds the count of row i. Returns the total, which may not fit. */
-static int64_t add_counts(mg_map *map)
-{
-    int64_t total = 0;
-    map->begin[0] = 0;
-    for (int64_t i = 0; i < map->n_rows; ++i) {
-        total += map->begin[i + 1];
-        map->begin[i + 1] = (uint32_t)total;
-    }
-    return total;
 }
 
 /* The entries of row i after the step; false: they stay. */
@@ -109,11 +104,12 @@ static bool improve_row(const mg_level *l, int64_t i, int16_t *improved)
     double first = own - rint(TAU * change / d);
     for (uint32_t c = n; c-- > 0;) {
         const double value = rint((double)up->value[begin + c] - TAU * (flow[c] - outside));
-        if (!(fabs(value) <= LARGEST * MG_ONE)) return false;
-        improved[c] = (int16_t)(c > 0 ? value : first);
-        first -= c > 0 ? value : 0.0;
+        const double taken = c > 0 ? value : first;
+        if (!(fabs(value) <= LARGEST * MG_ONE) || !(fabs(taken) <= LARGEST * MG_ONE)) return false;
+        improved[c] = (int16_t)taken;
+        first -= value;
     }
-    return fabs(first) <= LARGEST * MG_ONE;
+    return true;
 }
 
 static loxo_status improve(loxo_context *ctx, mg_level *l)
@@ -145,7 +141,7 @@ static int64_t longest_row(const mg_level *l)
     return most;
 }
 
-static loxo_status make_up(loxo_context *ctx, mg_level *l, const loxo_index *aggregate, const float *strongest)
+static loxo_status make_up(loxo_context *ctx, mg_level *l, const loxo_index *aggregate)
 {
     mg_map *up = &l->up;
     const int n_threads = loxo_threads_for(ctx, l->n, 50.0);
@@ -159,7 +155,7 @@ static loxo_status make_up(loxo_context *ctx, mg_level *l, const loxo_index *agg
             const loxo_range r = loxo_thread_range(l->n);
             mg_adder *a = &adders[loxo_thread_id()];
             for (int64_t i = r.begin; i < r.end; ++i) {
-                add_row(l, aggregate, strongest, i, a);
+                add_row(l, aggregate, i, a);
                 if (turn == 0) up->begin[i + 1] = (uint32_t)a->n;
                 for (int64_t k = 0; k < a->n && turn == 1; ++k) {
                     up->column[up->begin[i] + k] = a->column[k];
@@ -168,7 +164,7 @@ static loxo_status make_up(loxo_context *ctx, mg_level *l, const loxo_index *agg
                 mg_adder_clear(a);
             }
         }
-        if (turn == 0 && (status = allocate_map(ctx, up, add_counts(up))) < 0) goto done;
+        if (turn == 0 && (status = lay_out(ctx, up)) < 0) goto done;
     }
     status = LOXO_OK;
 done:
@@ -238,9 +234,8 @@ static loxo_status make_down(loxo_context *ctx, mg_level *l)
             }
         }
         if (turn == 1) break;
-        (void)add_counts(down);
+        if ((status = lay_out(ctx, down)) < 0) goto done;
         memcpy(next, down->begin, (size_t)down->n_rows * sizeof *next);
-        if ((status = allocate_map(ctx, down, up->begin[l->n])) < 0) goto done;
     }
     status = LOXO_OK;
 done:
@@ -249,12 +244,11 @@ done:
     return status;
 }
 
-loxo_status mg_make_maps(loxo_context *ctx, mg_level *l, const loxo_index *aggregate, const float *strongest,
-                         int64_t n_aggregates)
+loxo_status mg_make_maps(loxo_context *ctx, mg_level *l, const loxo_index *aggregate, int64_t n_aggregates)
 {
     l->up.n_rows = l->down.n_columns = l->n;
     l->up.n_columns = l->down.n_rows = n_aggregates;
-    loxo_status status = make_up(ctx, l, aggregate, strongest);
+    loxo_status status = make_up(ctx, l, aggregate);
     if (status >= 0) status = improve(ctx, l);
     return status < 0 ? status : make_down(ctx, l);
 }

@@ -151,11 +151,58 @@ TEST(zero_right_side_and_bad_numbers)
     CHECK_NEAR(x[7], 0.0, 1e-12);
     b[3] = NAN;
     solve(test_context, &a, b, x, LOXO_ERR_NUMERIC);
+    b[3] = INFINITY;
+    solve(test_context, &a, b, x, LOXO_ERR_NUMERIC);
     b[3] = 2.0;
     x[5] = INFINITY;
     solve(test_context, &a, b, x, LOXO_ERR_NUMERIC);
+    x[5] = 0.0;
+    loxo_csr_scale_shift(test_context, &a, 0x1p-300, NULL);
+    for (int i = 0; i < 42; ++i)
+        b[i] = i % 2 == 0 ? 0x1p800 : -0x1p800; /* the solution is of the order of 2^1100 */
+    solve(test_context, &a, b, x, LOXO_ERR_NUMERIC);
     loxo_release(test_context, b);
     loxo_release(test_context, x);
+    loxo_csr_destroy(test_context, &a);
+}
+
+/* Squares of its entries overflow or vanish; a power of two changes no bit but those of exponents. */
+TEST(solutions_scale_with_the_right_side)
+{
+    static const int exponents[] = {-900, -540, 3, 540, 900};
+    loxo_csr a = matrix_of_shape(test_context, LOXO_SHAPE_BUMPY, 642, NULL);
+    const int64_t n = a.n_rows;
+    double *b = random_vector(test_context, n, 4), *scaled = zero_vector(test_context, n);
+    double *x = zero_vector(test_context, n), *y = zero_vector(test_context, n);
+    const loxo_cg_info info = solve(test_context, &a, b, x, LOXO_OK);
+    for (int k = 0; k < 5; ++k) {
+        for (int64_t i = 0; i < n; ++i) {
+            scaled[i] = ldexp(b[i], exponents[k]);
+            y[i] = 0.0;
+        }
+        const loxo_cg_info other = solve(test_context, &a, scaled, y, LOXO_OK);
+        CHECK_EQUAL(other.n_iterations, info.n_iterations);
+        CHECK_EQUAL(other.residual, info.residual);
+        CHECK_EQUAL(other.inconsistent, info.inconsistent);
+        for (int64_t i = 0; i < n; ++i)
+            CHECK_EQUAL(y[i], ldexp(x[i], exponents[k]));
+    }
+    for (int64_t i = 0; i < n; ++i) { /* near the least number of all: no digits are left, but neither does it fail */
+        scaled[i] = i % 2 == 0 ? 5e-324 : -5e-324;
+        y[i] = 0.0;
+    }
+    loxo_cg *cg;
+    loxo_diagonal diagonal = {test_context, &a};
+    const loxo_preconditioner m = {loxo_diagonal_apply, &diagonal};
+    CHECK_OK(loxo_cg_create(test_context, &a, &cg));
+    CHECK(loxo_cg_solve(cg, &m, NULL, scaled, y, NULL) >= 0);
+    for (int64_t i = 0; i < n; ++i)
+        CHECK(fabs(y[i]) < 1e-300);
+    loxo_cg_destroy(cg);
+    loxo_release(test_context, b);
+    loxo_release(test_context, scaled);
+    loxo_release(test_context, x);
+    loxo_release(test_context, y);
     loxo_csr_destroy(test_context, &a);
 }
 

@@ -7,6 +7,8 @@
 
 #include <loxo/io.h>
 
+#include <time.h>
+
 static loxo_cg_info solve(loxo_context *ctx, const loxo_csr *a, const double *b, double *x, loxo_multigrid_info *grid)
 {
     loxo_multigrid *mg;
@@ -287,6 +289,87 @@ TEST(a_hub)
     CHECK(count_steps(&a, NULL) <= 60);
     loxo_csr_destroy(test_context, &a);
     surface_destroy(&s);
+}
+
+/* A fan around its last vertex, whose rim goes in and out: the spokes to the outer ones have negative weights, half as large
+ * as the largest of the hub. Seconds of processor time for its hierarchy, the best of three. */
+static double time_of_fan(int64_t n_spokes)
+{
+    double best = HUGE_VAL;
+    loxo_soup soup = shape_empty(test_context, n_spokes + 1, n_spokes);
+    for (int64_t i = 0; i < n_spokes; ++i) {
+        const double angle = 2.0 * 3.14159265358979 * (double)i / (double)n_spokes, r = i % 2 == 0 ? 1.0 : 2.0;
+        const loxo_index face[3] = {(loxo_index)n_spokes, (loxo_index)i, (loxo_index)((i + 1) % n_spokes)};
+        const double at[3] = {r * cos(angle), r * sin(angle), 0.0};
+        memcpy(&soup.position[3 * i], at, sizeof at);
+        memcpy(&soup.triangle[3 * i], face, sizeof face);
+    }
+    memset(&soup.position[3 * n_spokes], 0, 3 * sizeof *soup.position);
+    surface s = surface_from_soup(test_context, soup, LOXO_ORDER_GIVEN);
+    const loxo_mesh_view m = loxo_mesh_get_view(s.mesh);
+    loxo_csr a;
+    CHECK_OK(loxo_laplacian_create(test_context, &m, &a, NULL));
+    int64_t n_stiff = 0;
+    for (int64_t k = a.begin[n_spokes]; k < a.begin[n_spokes + 1]; ++k)
+        n_stiff += a.value[k] > 0.0;
+    CHECK_EQUAL(n_stiff, n_spokes / 2);
+    for (int k = 0; k < 3; ++k) {
+        loxo_multigrid *mg;
+        const clock_t start = clock();
+        CHECK_OK(loxo_multigrid_create(test_context, &a, NULL, &mg));
+        best = fmin(best, (double)(clock() - start) / CLOCKS_PER_SEC);
+        loxo_multigrid_destroy(mg);
+    }
+    loxo_csr_destroy(test_context, &a);
+    surface_destroy(&s);
+    return best;
+}
+
+/* Eight times the spokes take eight times as long, not 64 times: measured 9. */
+TEST(a_hub_of_stiff_spokes_takes_linear_time)
+{
+    NEEDS_IDS(600000);
+    const double few = time_of_fan(25000), many = time_of_fan(200000);
+    if (!(many < 25.0 * few)) print_error("25,000 spokes: %.4f s, 200,000: %.4f s\n", few, many);
+    CHECK(many < 25.0 * few);
+}
+
+/* The second of two spheres weighs 2^k times as much as the first. In single precision one of them is out of range. */
+TEST(weights_far_apart)
+{
+    static const int exponents[] = {-600, -300, -150, 150, 300, 600};
+    for (int k = 0; k < 6; ++k) {
+        loxo_soup soup = soup_make(test_context, LOXO_SHAPE_BUMPY, 642, NAN);
+        loxo_soup other = soup_make(test_context, LOXO_SHAPE_ICOSPHERE, 162, NAN);
+        shape_append(test_context, &soup, &other);
+        surface s = surface_from_soup(test_context, soup, LOXO_ORDER_GIVEN);
+        const loxo_mesh_view m = loxo_mesh_get_view(s.mesh);
+        loxo_csr a;
+        CHECK_OK(loxo_laplacian_create(test_context, &m, &a, NULL));
+        for (int64_t i = 642; i < a.n_rows; ++i) {
+            a.diagonal[i] = ldexp(a.diagonal[i], exponents[k]);
+            for (int64_t e = a.begin[i]; e < a.begin[i + 1]; ++e)
+                a.value[e] = ldexp(a.value[e], exponents[k]);
+        }
+        double *r = random_vector(test_context, a.n_rows, 2), *z = zero_vector(test_context, a.n_rows);
+        loxo_multigrid *mg;
+        CHECK_OK(loxo_multigrid_create(test_context, &a, NULL, &mg));
+        loxo_multigrid_apply(mg, r, z);
+        for (int64_t i = 0; i < a.n_rows; ++i)
+            CHECK(isfinite(z[i]));
+        CHECK(dot_product(a.n_rows, r, z) > 0.0);
+        loxo_multigrid_destroy(mg);
+        for (int64_t i = 0; i < 642; ++i)
+            if (exponents[k] > 0) r[i] = 0.0; /* what is less by 2^k would not count in a residual of both */
+        for (int64_t i = 642; i < a.n_rows; ++i)
+            r[i] = exponents[k] > 0 ? r[i] : 0.0;
+        memset(z, 0, (size_t)a.n_rows * sizeof *z);
+        CHECK(solve(test_context, &a, r, z, NULL).n_iterations <= 15);
+        loxo_release(test_context, r);
+        loxo_release(test_context, z);
+        loxo_csr_destroy(test_context, &a);
+        surface_destroy(&s);
+    }
 }
 
 TEST(units_do_not_matter)
