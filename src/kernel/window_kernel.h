@@ -22,6 +22,12 @@ static inline double k_window_way(const k_window *w, double px, double py)
     return w->offset + sqrt(dx * dx + dy * dy);
 }
 
+/* The shortest of its ways to its interval. */
+static inline double k_window_least_way(const k_window *w)
+{
+    return k_window_way(w, w->x < w->begin ? w->begin : w->x > w->end ? w->end : w->x, 0.0);
+}
+
 /* What a rounding error can make of a bound: ways are cut off only when they are longer by more than this. */
 #define K_WINDOW_SLACK 1e-12
 

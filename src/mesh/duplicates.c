@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "base/allocate.h"
 #include "base/rng.h"
+#include "base/sort.h"
 #include "mesh/soup.h"
 #include "par/range.h"
 
@@ -20,9 +21,9 @@ static uint64_t larger_corners(const loxo_index *corner)
     return a < b ? (uint64_t)a << 32 | (uint64_t)b : (uint64_t)b << 32 | (uint64_t)a;
 }
 
-static bool by_corners(const void *arg, loxo_index a, loxo_index b)
+static bool by_corners(const void *arg, const void *item_a, const void *item_b)
 {
-    const loxo_index *triangle = arg;
+    const loxo_index *triangle = arg, a = *(const loxo_index *)item_a, b = *(const loxo_index *)item_b;
     const uint64_t key_a = larger_corners(&triangle[(int64_t)3 * a]);
     const uint64_t key_b = larger_corners(&triangle[(int64_t)3 * b]);
     return key_a != key_b ? key_a < key_b : a < b;
@@ -44,7 +45,7 @@ loxo_status loxo_mark_duplicate_faces(loxo_context *ctx, int64_t n_vertices, int
         for (int64_t v = r.begin; v < r.end; ++v) {
             loxo_index *face = order + begin[v];
             const int64_t n = begin[v + 1] - begin[v];
-            loxo_sort_items(face, n, by_corners, triangle);
+            loxo_sort(face, n, sizeof *face, by_corners, triangle);
             for (int64_t i = 0; i < n; ++i) {
                 const loxo_index *corner = &triangle[(int64_t)3 * face[i]];
                 duplicate[face[i]] = i > 0 && !loxo_is_degenerate(corner) &&

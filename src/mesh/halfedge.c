@@ -2,6 +2,7 @@
 #include "mesh/halfedge.h"
 
 #include "base/allocate.h"
+#include "base/sort.h"
 #include "mesh/soup.h"
 #include "par/range.h"
 
@@ -91,8 +92,9 @@ static inline loxo_index other_vertex(const bucket_key *key, loxo_index h)
     return start != key->vertex ? start : key->triangle[loxo_halfedge_next(h)];
 }
 
-static bool by_other_vertex(const void *arg, loxo_index a, loxo_index b)
+static bool by_other_vertex(const void *arg, const void *item_a, const void *item_b)
 {
+    const loxo_index a = *(const loxo_index *)item_a, b = *(const loxo_index *)item_b;
     const loxo_index other_a = other_vertex(arg, a), other_b = other_vertex(arg, b);
     return other_a != other_b ? other_a < other_b : a < b;
 }
@@ -154,7 +156,7 @@ static void match_bucket(const bucket_key *key, loxo_index *entry, int64_t n, lo
                          loxo_edge_counts *counts)
 {
     if (n <= SMALL_BUCKET && match_small(key, entry, (int)n, twin, counts)) return;
-    loxo_sort_items(entry, n, by_other_vertex, key);
+    loxo_sort(entry, n, sizeof *entry, by_other_vertex, key);
     for (int64_t begin = 0, end; begin < n; begin = end) {
         const loxo_index other = other_vertex(key, entry[begin]);
         end = begin + 1;

@@ -3,6 +3,7 @@
 
 #include "base/allocate.h"
 #include "base/rng.h"
+#include "base/sort.h"
 #include "par/range.h"
 
 #include <stdalign.h>
@@ -165,42 +166,10 @@ loxo_status loxo_arrays_check_finite(loxo_context *ctx, const loxo_mesh_arrays *
                         "vertex %lld has a coordinate that is not finite, and faces use it", (long long)worst);
 }
 
-void loxo_sort_items(loxo_index *item, int64_t n, loxo_less_fn less, const void *arg)
-{
-    if (n <= 32) {
-        for (int64_t i = 1; i < n; ++i) {
-            const loxo_index x = item[i];
-            int64_t j = i;
-            for (; j > 0 && less(arg, x, item[j - 1]); --j)
-                item[j] = item[j - 1];
-            item[j] = x;
-        }
-        return;
-    }
-    /* heap sort: the first loop makes the heap, the second takes the largest off its top */
-    for (int64_t top = n / 2, end = n; end > 1;) {
-        loxo_index x;
-        if (top > 0) {
-            x = item[--top];
-        } else {
-            x = item[--end];
-            item[end] = item[0];
-        }
-        int64_t i = top;
-        for (int64_t child = 2 * i + 1; child < end; child = 2 * i + 1) {
-            if (child + 1 < end && less(arg, item[child], item[child + 1])) ++child;
-            if (!less(arg, x, item[child])) break;
-            item[i] = item[child];
-            i = child;
-        }
-        item[i] = x;
-    }
-}
-
-static bool by_number(const void *arg, loxo_index a, loxo_index b)
+static bool by_number(const void *arg, const void *a, const void *b)
 {
     (void)arg;
-    return a < b;
+    return *(const loxo_index *)a < *(const loxo_index *)b;
 }
 
 void loxo_bucket_starts(loxo_context *ctx, int64_t n, int64_t *begin)
@@ -243,6 +212,6 @@ void loxo_sort_faces(loxo_context *ctx, int64_t n_vertices, int64_t n_faces, con
     {
         const loxo_range r = loxo_thread_range(n_vertices);
         for (int64_t v = r.begin; v < r.end; ++v)
-            loxo_sort_items(face_order + begin[v], begin[v + 1] - begin[v], by_number, NULL);
+            loxo_sort(face_order + begin[v], begin[v + 1] - begin[v], sizeof *face_order, by_number, NULL);
     }
 }

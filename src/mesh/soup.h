@@ -71,8 +71,4 @@ void *loxo_gather(loxo_context *ctx, const void *from, const loxo_index *origin,
  * soup changes only when all of it is there. LOXO_OK, LOXO_ERR_MEMORY. */
 loxo_status loxo_soup_gather_vertices(loxo_context *ctx, loxo_soup *soup, const loxo_index *origin, int64_t n);
 
-/* Sorts items ascending by `less`, in place, n log n, without memory and without recursion. */
-typedef bool (*loxo_less_fn)(const void *arg, loxo_index a, loxo_index b);
-void loxo_sort_items(loxo_index *item, int64_t n, loxo_less_fn less, const void *arg);
-
 #endif

@@ -17,7 +17,8 @@ typedef struct shared_state {
     _Alignas(64) uint64_t word;
     _Alignas(64) int64_t n_done;
     int64_t n_chunks;
-    _Alignas(64) int is_stopped;
+    _Alignas(64) int is_stop_wanted;
+    int is_stopped; /* for that reason, before advance gave the end */
 } shared_state;
 
 static bool run_alone(const loxo_phases *phases)
@@ -36,8 +37,8 @@ static void open_next(const loxo_phases *phases, shared_state *s, uint64_t phase
 {
     int64_t n_chunks = 0;
     while (n_chunks == 0) {
-        if (__atomic_load_n(&s->is_stopped, __ATOMIC_RELAXED) != 0) n_chunks = -1;
-        if (n_chunks == 0) n_chunks = phases->advance(phases->arg);
+        s->is_stopped = __atomic_load_n(&s->is_stop_wanted, __ATOMIC_RELAXED);
+        n_chunks = s->is_stopped != 0 ? -1 : phases->advance(phases->arg);
     }
     __atomic_store_n(&s->n_done, 0, __ATOMIC_RELAXED);
     __atomic_store_n(&s->word, (phase & 0x7fffffffu) << 32 | CLOSED, __ATOMIC_RELAXED);
@@ -57,7 +58,7 @@ static void run_thread(const loxo_phases *phases, shared_state *s)
             if (++n_spins > SPINS_BEFORE_YIELD) {
                 n_spins = 0;
                 /* It may get no chunk for long, where phases are short and others quicker. */
-                if (polls && phases->poll(phases->arg)) __atomic_store_n(&s->is_stopped, 1, __ATOMIC_RELAXED);
+                if (polls && phases->poll(phases->arg)) __atomic_store_n(&s->is_stop_wanted, 1, __ATOMIC_RELAXED);
                 loxo_os_yield();
             }
             continue;
@@ -65,7 +66,7 @@ static void run_thread(const loxo_phases *phases, shared_state *s)
         if (!__atomic_compare_exchange_n(&s->word, &word, word + 1, true, __ATOMIC_ACQ_REL, __ATOMIC_RELAXED)) continue;
         n_spins = 0;
         phases->work(phases->arg, chunk);
-        if (polls && phases->poll(phases->arg)) __atomic_store_n(&s->is_stopped, 1, __ATOMIC_RELAXED);
+        if (polls && phases->poll(phases->arg)) __atomic_store_n(&s->is_stop_wanted, 1, __ATOMIC_RELAXED);
         if (__atomic_add_fetch(&s->n_done, 1, __ATOMIC_ACQ_REL) == n_chunks) open_next(phases, s, (word >> 32) + 1);
     }
 }

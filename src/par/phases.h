@@ -20,7 +20,8 @@ typedef struct loxo_phases {
     void *arg;
 } loxo_phases;
 
-/* Runs all phases on n_threads threads. Returns true when poll asked for the end. */
+/* Runs all phases on n_threads threads. Returns true when poll asked for the end and got it: advance had not given it yet. Whether
+ * it would have, as after the last phase, only the caller can know. */
 bool loxo_phases_run(const loxo_phases *phases, int n_threads);
 
 #endif

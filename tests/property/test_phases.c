@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT
  * Phases without barriers: every chunk is done once, after all of the phase before, whatever the number of threads. */
+#include "base/os.h"
 #include "par/phases.h"
 #include "test.h"
 
@@ -101,8 +102,8 @@ TEST(a_poll_ends_the_run_after_the_phase)
             w->stop_at_poll = at;
             const bool is_stopped = loxo_phases_run(&phases, ladder[i]);
             /* With several threads the polling one may get less to do than that. */
-            CHECK(is_stopped == (w->n_polls >= at));
             CHECK(is_stopped || ladder[i] > 1);
+            CHECK(is_stopped ? w->n_polls >= at : w->phase == N_PHASES);
             if (is_stopped) {
                 CHECK(w->phase < N_PHASES);
                 for (int64_t p = 0; p <= w->phase; ++p)
@@ -112,6 +113,45 @@ TEST(a_poll_ends_the_run_after_the_phase)
             }
             loxo_release(test_context, w);
         }
+}
+
+/* One phase of one chunk; who has nothing to do waits, while asked whether to stop, until all is over, and wants to stop then. */
+typedef struct late {
+    int n_advances, is_over;
+} late;
+
+static int64_t one_phase(void *arg)
+{
+    late *l = arg;
+    if (l->n_advances++ == 0) return 1;
+    __atomic_store_n(&l->is_over, 1, __ATOMIC_RELEASE);
+    return -1;
+}
+
+static void take_time(void *arg, int64_t chunk)
+{
+    const double start_s = loxo_os_clock_s();
+    (void)arg, (void)chunk;
+    while (loxo_os_clock_s() < start_s + 2e-3)
+        loxo_os_yield();
+}
+
+static bool wait_for_end(void *arg)
+{
+    late *l = arg;
+    const double start_s = loxo_os_clock_s();
+    while (__atomic_load_n(&l->is_over, __ATOMIC_ACQUIRE) == 0 && loxo_os_clock_s() < start_s + 1e-2)
+        loxo_os_yield();
+    return __atomic_load_n(&l->is_over, __ATOMIC_ACQUIRE) != 0;
+}
+
+TEST(a_stop_after_the_end_is_none)
+{
+    for (int i = 0; i < 50; ++i) {
+        late l = {0};
+        const loxo_phases phases = {one_phase, take_time, wait_for_end, &l};
+        CHECK(!loxo_phases_run(&phases, 2));
+    }
 }
 
 static int64_t never(void *arg)

@@ -20,4 +20,19 @@ static inline int stop_monitor(void *user, const loxo_progress *progress)
     return ++w->n_calls == w->stop_at;
 }
 
+/* Asks from the first chance on, and not after 20 ms, until stopper_end. */
+static inline void stopper_begin(stopper *w, loxo_context *ctx, int stop_at)
+{
+    *w = (stopper){.ctx = ctx, .stop_at = stop_at};
+    loxo_context_set_monitor(ctx, stop_monitor, w);
+    loxo_progress_enter(ctx);
+    ctx->last_progress_s = -1e9;
+}
+
+static inline void stopper_end(const stopper *w)
+{
+    loxo_progress_leave(w->ctx);
+    loxo_context_set_monitor(w->ctx, NULL, NULL);
+}
+
 #endif

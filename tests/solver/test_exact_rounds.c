@@ -163,45 +163,91 @@ TEST(balls)
     }
 }
 
-/* Stopped in any phase of any round: what there is, is the length of some way, and the next solve knows nothing of it. */
+/* Stopped in any phase of any round: what is told has the bits of the whole solve, the rest is infinite and counted, and the
+ * next solve knows nothing of it. */
+static int check_stops(int n_threads, double limit)
+{
+    loxo_context *ctx = test_context_with_threads(n_threads);
+    surface s = surface_make(ctx, LOXO_SHAPE_NOISY, 16000, NAN);
+    const int64_t n = s.soup.n_vertices;
+    loxo_geodesic_settings settings = exact_settings();
+    double *whole = surface_numbers(&s), *distance = surface_numbers(&s);
+    loxo_geodesic *g = NULL;
+    const loxo_index source = 5;
+    stopper w;
+    int n_stopped = 0;
+    int64_t most_reached = 0;
+    CHECK_STATUS(ctx, loxo_geodesic_create(ctx, s.mesh, &settings, &g), LOXO_OK);
+    CHECK_STATUS(ctx, loxo_geodesic_solve(g, &source, 1, whole, NULL), LOXO_OK);
+    for (int k = 1; k < 2000; k += limit < HUGE_VAL ? 1 : k / 2 + 1) {
+        loxo_geodesic_info info;
+        int64_t n_reached = 0, n_listed = 0, n_inside = 0;
+        CHECK_STATUS(ctx, loxo_geodesic_limit(g, limit), LOXO_OK);
+        stopper_begin(&w, ctx, k);
+        const loxo_status status = loxo_geodesic_solve(g, &source, 1, distance, &info);
+        stopper_end(&w);
+        CHECK(status == LOXO_OK || status == LOXO_STOPPED);
+        CHECK_EQUAL(info.stop_reason, status == LOXO_STOPPED ? LOXO_STOP_MONITOR : LOXO_STOP_TOLERANCE);
+        for (int64_t v = 0; v < n; ++v) {
+            if (distance[v] < HUGE_VAL) CHECK(memcmp(&distance[v], &whole[v], sizeof *whole) == 0);
+            n_reached += distance[v] < HUGE_VAL;
+            n_inside += whole[v] <= limit;
+        }
+        CHECK_EQUAL(info.n_unreached, n - n_reached);
+        CHECK_EQUAL(distance[source], 0.0);
+        CHECK(status == LOXO_STOPPED ? n_reached <= n_inside : n_reached == n_inside);
+        if (status == LOXO_STOPPED && n_reached > most_reached) most_reached = n_reached;
+        n_stopped += status == LOXO_STOPPED;
+        if (limit < HUGE_VAL) CHECK(g->engine->touched(g->state, &n_listed) == NULL || n_listed >= n_reached);
+        CHECK_STATUS(ctx, loxo_geodesic_limit(g, HUGE_VAL), LOXO_OK);
+        CHECK_STATUS(ctx, loxo_geodesic_solve(g, &source, 1, distance, NULL), LOXO_OK);
+        CHECK(memcmp(distance, whole, (size_t)n * sizeof *whole) == 0);
+        if (status == LOXO_OK && w.n_calls < k) break; /* it is not asked so often */
+    }
+    print_message("%d threads: %d stops, at most %lld vertices\n", n_threads, n_stopped, (long long)most_reached);
+    if (n_threads == 1) CHECK(most_reached > (limit < HUGE_VAL ? 20 : n / 20));
+    loxo_geodesic_destroy(g);
+    loxo_release(ctx, whole);
+    loxo_release(ctx, distance);
+    surface_destroy(&s);
+    loxo_context_destroy(ctx);
+    return n_stopped;
+}
+
 TEST(stops)
 {
     NEEDS_IDS(100000);
     int n_stopped = 0; /* with one thread always; of several, the one that asks may get no time */
-    for (int n_threads = 1; n_threads <= 3; ++n_threads) {
-        loxo_context *ctx = test_context_with_threads(n_threads);
-        surface s = surface_make(ctx, LOXO_SHAPE_NOISY, 16000, NAN);
-        const size_t n_bytes = (size_t)s.soup.n_vertices * sizeof(double);
-        const loxo_geodesic_settings settings = exact_settings();
-        double *whole = surface_numbers(&s), *distance = surface_numbers(&s);
-        loxo_geodesic *g = NULL;
+    for (int n_threads = 1; n_threads <= 3; ++n_threads)
+        n_stopped += check_stops(n_threads, HUGE_VAL) + check_stops(n_threads, 0.2);
+    CHECK(n_stopped > 20);
+}
+
+/* A stop that is asked for in the last phase has nothing left to stop. */
+TEST(a_stop_at_the_end)
+{
+    static const loxo_geodesic_method method[2] = {LOXO_GEODESIC_EXACT, LOXO_GEODESIC_FAST};
+    for (int i = 0; i < 2; ++i) {
+        surface s = surface_make(test_context, LOXO_SHAPE_GRID, 100, NAN);
+        loxo_geodesic_settings settings = unjudged_settings(method[i]);
+        double *distance = surface_numbers(&s);
+        loxo_geodesic_info info;
         const loxo_index source = 5;
-        stopper w = {.ctx = ctx};
-        CHECK_STATUS(ctx, loxo_geodesic_create(ctx, s.mesh, &settings, &g), LOXO_OK);
-        CHECK_STATUS(ctx, loxo_geodesic_solve(g, &source, 1, whole, NULL), LOXO_OK);
-        for (int k = 1; k < 200; k += k / 2 + 1) {
-            loxo_geodesic_info info;
-            loxo_context_set_monitor(ctx, stop_monitor, &w);
-            w.n_calls = 0;
-            w.stop_at = k;
-            ctx->last_progress_s = -1e9;
-            if (loxo_geodesic_solve(g, &source, 1, distance, &info) == LOXO_STOPPED) {
-                n_stopped += 1;
-                CHECK_EQUAL(info.stop_reason, LOXO_STOP_MONITOR);
-                for (int64_t v = 0; v < s.soup.n_vertices; ++v)
-                    CHECK(distance[v] >= whole[v] * (1.0 - 1e-13));
-            }
-            loxo_context_set_monitor(ctx, NULL, NULL);
-            CHECK_STATUS(ctx, loxo_geodesic_solve(g, &source, 1, distance, &info), LOXO_OK);
-            CHECK(memcmp(distance, whole, n_bytes) == 0);
+        stopper w;
+        loxo_status status = LOXO_STOPPED;
+        int n_stopped = 0;
+        for (int k = 1; status == LOXO_STOPPED; ++k, ++n_stopped) {
+            stopper_begin(&w, test_context, k);
+            status = loxo_geodesic_distance(test_context, s.mesh, &settings, &source, 1, distance, &info);
+            stopper_end(&w);
+            CHECK_EQUAL(w.n_calls, k); /* also the last time */
         }
-        loxo_geodesic_destroy(g);
-        loxo_release(ctx, whole);
-        loxo_release(ctx, distance);
+        CHECK_EQUAL(status, LOXO_OK);
+        CHECK_EQUAL(info.n_unreached, 0);
+        CHECK(n_stopped > 3);
+        loxo_release(test_context, distance);
         surface_destroy(&s);
-        loxo_context_destroy(ctx);
     }
-    CHECK(n_stopped > 5);
 }
 
 /* Which thread runs out of what is left to chance, and how often memory is asked for, too: after each failure, wherever it

@@ -8,6 +8,7 @@
 
 #include "base/allocate.h"
 #include "base/context.h"
+#include "base/sort.h"
 #include "kernel/plane.h"
 #include "kernel/unfold_kernel.h"
 
@@ -48,11 +49,17 @@ typedef struct place {
 
 /* ---- goals --------------------------------------------------------------------------------------------------- */
 
-static int compare_held(const void *a, const void *b)
+static bool by_face(const void *arg, const void *a, const void *b)
 {
     const held_goal *x = a, *y = b;
-    if (x->face != y->face) return (x->face > y->face) - (x->face < y->face);
-    return (x->goal > y->goal) - (x->goal < y->goal);
+    (void)arg;
+    return x->face != y->face ? x->face < y->face : x->goal < y->goal;
+}
+
+static bool by_number(const void *arg, const void *a, const void *b)
+{
+    (void)arg;
+    return *(const loxo_index *)a < *(const loxo_index *)b;
 }
 
 static int compare_vertices(const void *a, const void *b)
@@ -99,9 +106,9 @@ loxo_status line_descent_begin(loxo_context *ctx, const loxo_mesh_view *m, const
         else
             hold(d, i);
     }
-    qsort(d->held, (size_t)d->n_held, sizeof *d->held, compare_held);
-    qsort(d->at_vertex, (size_t)d->n_at_vertex, sizeof *d->at_vertex, compare_vertices);
-    qsort(d->near, (size_t)d->n_near, sizeof *d->near, compare_vertices);
+    loxo_sort(d->held, d->n_held, sizeof *d->held, by_face, NULL);
+    loxo_sort(d->at_vertex, d->n_at_vertex, sizeof *d->at_vertex, by_number, NULL);
+    loxo_sort(d->near, d->n_near, sizeof *d->near, by_number, NULL);
     *out = d;
     return LOXO_OK;
 }

@@ -6,12 +6,12 @@
  * its own; the one after that is kept, too, with how much farther it is: beside the line where two sources are equally
  * near, a vertex of the one side must know the distance of the other side's source for its neighbours. */
 #include "base/allocate.h"
+#include "base/sort.h"
 #include "kernel/unfold_kernel.h"
 #include "par/range.h"
 #include "solver/geodesic/geodesic_internal.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #define REACH      1.0 /* how far beyond an edge a ray may pass, in lengths of the edge: distances are nearly true */
@@ -159,11 +159,12 @@ static void label(labelling *l, loxo_index v)
         farther <= KEEP_EDGES * longest ? (second_label){a.source[after], (float)farther} : (second_label){-1, 0.0f};
 }
 
-static int compare_told(const void *a, const void *b)
+static bool comes_before(const void *arg, const void *a, const void *b)
 {
     const told *x = a, *y = b;
-    if (x->vertex != y->vertex) return (x->vertex > y->vertex) - (x->vertex < y->vertex);
-    return (x->source > y->source) - (x->source < y->source);
+    (void)arg;
+    if (x->vertex != y->vertex) return x->vertex < y->vertex;
+    return x->source != y->source ? x->source < y->source : x->distance < y->distance;
 }
 
 /* Corners of the seeds' faces know of them from the start. */
@@ -184,7 +185,7 @@ static loxo_status tell_corners(labelling *l, const geodesic_seed *seeds, int64_
             l->nearest[v] = TOLD;
         }
     }
-    qsort(l->told, (size_t)l->n_told, sizeof *l->told, compare_told);
+    loxo_sort(l->told, l->n_told, sizeof *l->told, comes_before, NULL);
     return LOXO_OK;
 }
 

@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: MIT
  * From the caller's sources to seeds: in the mesh's numbers, sorted, each once. */
 #include "base/allocate.h"
+#include "base/sort.h"
 #include "kernel/vec3.h"
 #include "mesh/intrinsic/overlay.h"
 #include "solver/geodesic/geodesic_internal.h"
 
 #include <inttypes.h>
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #define WEIGHTS_WITHIN 1e-6 /* of a sum of 1 */
@@ -153,14 +153,15 @@ static loxo_status append_inside(seed_list *list, int n_corners, const loxo_inde
     return LOXO_OK;
 }
 
-static int compare_seeds(const void *a, const void *b)
+static bool comes_before(const void *arg, const void *a, const void *b)
 {
     const geodesic_seed *x = a, *y = b;
-    if (x->vertex != y->vertex) return (x->vertex > y->vertex) - (x->vertex < y->vertex);
-    if (x->vertex < 0 && x->face != y->face) return (x->face > y->face) - (x->face < y->face);
+    (void)arg;
+    if (x->vertex != y->vertex) return x->vertex < y->vertex;
+    if (x->vertex < 0 && x->face != y->face) return x->face < y->face;
     for (int k = 0; k < 3 && x->vertex < 0; ++k)
-        if (x->weight[k] != y->weight[k]) return (x->weight[k] > y->weight[k]) - (x->weight[k] < y->weight[k]);
-    return (x->source > y->source) - (x->source < y->source);
+        if (x->weight[k] != y->weight[k]) return x->weight[k] < y->weight[k];
+    return x->source < y->source;
 }
 
 static bool is_same_point(const geodesic_seed *x, const geodesic_seed *y)
@@ -175,7 +176,7 @@ static loxo_status finish(seed_list *list, loxo_status status, geodesic_seed **s
 {
     int64_t n_kept = 0;
     if (status >= 0) {
-        qsort(list->seed, (size_t)list->n, sizeof *list->seed, compare_seeds);
+        loxo_sort(list->seed, list->n, sizeof *list->seed, comes_before, NULL);
         for (int64_t i = 0; i < list->n; ++i)
             if (i == 0 || !is_same_point(&list->seed[i], &list->seed[n_kept - 1])) list->seed[n_kept++] = list->seed[i];
         *seeds = list->seed;
@@ -326,7 +327,7 @@ loxo_status geodesic_seeds_by_point(const geodesic_problem *problem, const loxo_
             (*begin)[i] = k;
             while (k < list.n && list.seed[k].source == i)
                 ++k;
-            qsort(&list.seed[(*begin)[i]], (size_t)(k - (*begin)[i]), sizeof *list.seed, compare_seeds);
+            loxo_sort(&list.seed[(*begin)[i]], k - (*begin)[i], sizeof *list.seed, comes_before, NULL);
         }
         *seeds = list.seed;
         list.seed = NULL;

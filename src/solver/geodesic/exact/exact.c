@@ -5,8 +5,7 @@
 #include "base/os.h"
 #include "par/range.h"
 #include "solver/geodesic/exact/exact_internal.h"
-
-#include <stdlib.h>
+#include "solver/geodesic/touched.h"
 
 /* Of the band of keys that a round takes, in mean edge lengths: as many windows as from a queue that gives the nearest. */
 #define WIDTH 1.0
@@ -87,26 +86,12 @@ loxo_status exact_create(const geodesic_problem *problem, void **state)
     return LOXO_OK;
 }
 
-static int compare_indices(const void *a, const void *b)
-{
-    const loxo_index x = *(const loxo_index *)a, y = *(const loxo_index *)b;
-    return (x > y) - (x < y);
-}
-
-/* Puts v into the list if it was reached and is not in it. */
-static void touch(exact_state *s, loxo_index v)
-{
-    if (s->distance[v] == HUGE_VAL || (s->known[v] & EXACT_LISTED) != 0 || s->n_touched == s->touched_room) return;
-    s->known[v] |= EXACT_LISTED;
-    s->touched[s->n_touched++] = v;
-}
-
-/* After a solve within a small ball: the list of what it reached. Who passes windows on has offered a distance to all corners
- * of the face, so that goes from neighbour to neighbour. */
+/* After a solve within a small ball: the list of what it reached. Who passes windows on has offered a distance to all corners of
+ * the face; should an offer that a stop has left be missed, the count says so. */
 static loxo_status list_touched(exact_state *s)
 {
-    const loxo_mesh_view *m = &s->m;
-    if (s->n_reached > m->n_vertices / 8) return LOXO_OK; /* a pass over all vertices costs as little */
+    const geodesic_touch touch = {&s->m, s->distance, s->known, 0, EXACT_LISTED};
+    if (s->n_reached > s->m.n_vertices / 8) return LOXO_OK; /* a pass over all vertices costs as little */
     if (s->n_reached > s->touched_room) {
         const int64_t room = s->n_reached + s->n_reached / 2;
         loxo_index *touched = loxo_reallocate(s->ctx, s->touched, room, sizeof *touched);
@@ -114,25 +99,8 @@ static loxo_status list_touched(exact_state *s)
         s->touched = touched;
         s->touched_room = room;
     }
-    s->n_touched = 0;
-    for (int64_t i = 0; i < s->n_seeds; ++i)
-        for (int k = 0; k < 3; ++k)
-            touch(s, m->halfedge_vertex[(int64_t)3 * s->seeds[i].face + k]);
-    for (int64_t i = 0; i < s->n_touched; ++i) {
-        const loxo_index first = m->vertex_halfedge[s->touched[i]];
-        loxo_index h = first;
-        do {
-            touch(s, k_head(m, h));
-            touch(s, m->halfedge_vertex[k_previous(h)]);
-            h = m->halfedge_twin[k_previous(h)];
-        } while (h >= 0 && h != first);
-    }
-    for (int64_t i = 0; i < s->n_touched; ++i)
-        s->known[s->touched[i]] = (uint8_t)(s->known[s->touched[i]] & ~EXACT_LISTED);
-    if (s->n_touched == s->n_reached)
-        qsort(s->touched, (size_t)s->n_touched, sizeof *s->touched, compare_indices);
-    else
-        s->n_touched = -1;
+    const int64_t n = geodesic_list_touched(&touch, s->seeds, s->n_seeds, s->touched, s->touched_room);
+    if (n == s->n_reached) s->n_touched = n;
     return LOXO_OK;
 }
 
@@ -232,17 +200,24 @@ loxo_status exact_run(exact_state *s, const geodesic_seed *seeds, int64_t n_seed
     for (int64_t i = 0; i < n_seeds && status >= 0; ++i)
         status = exact_send_from_seed(s, i);
     if (status >= 0) status = exact_run_rounds(s);
-    if (status < 0 || status == LOXO_STOPPED) forget_front(s);
+    double limit = max_distance;
+    if (status == LOXO_STOPPED) {
+        const double to_come = exact_least_to_come(s);
+        *is_stopped = to_come < HUGE_VAL; /* asked in the last round, nothing was left to stop */
+        limit = fmin(limit, to_come * (1.0 - K_WINDOW_SLACK));
+    }
+    if (status != LOXO_OK) forget_front(s);
     if (status < 0) return status;
-    *is_stopped = status == LOXO_STOPPED;
+    s->n_reached = 0;
     for (int i = 0; i < s->n_threads; ++i) {
         s->n_windows += s->worker[i].n_windows;
         s->n_bends += s->worker[i].n_bends;
+        s->n_reached += s->worker[i].n_reached;
     }
-    if (max_distance < HUGE_VAL) {
+    if (limit < HUGE_VAL) {
         const loxo_status of_list = list_touched(s);
         if (of_list < 0) return of_list;
-        drop_beyond(s, max_distance);
+        drop_beyond(s, limit);
     }
     return LOXO_OK;
 }
@@ -265,7 +240,7 @@ static loxo_status exact_solve(void *state, const geodesic_seed *seeds, int64_t 
     info->workspace_bytes = bytes_held(s);
     info->phase_s[LOXO_GEODESIC_PHASE_PROPAGATE] += loxo_os_clock_s() - start_s;
     info->stop_reason = is_stopped ? LOXO_STOP_MONITOR : LOXO_STOP_TOLERANCE;
-    return is_stopped ? loxo_fail(s->ctx, LOXO_STOPPED, "geodesic: stopped; the distances are those of the last state")
+    return is_stopped ? loxo_fail(s->ctx, LOXO_STOPPED, "geodesic: stopped; what was not certain yet is infinite")
                       : LOXO_OK;
 }
 

@@ -202,6 +202,8 @@ static inline void exact_make_offer(exact_state *s, exact_worker *worker, loxo_i
 void exact_judge(exact_state *s, exact_worker *worker, const exact_offer *offer);
 /* Rounds until nothing is on its way, or the monitor stops them (LOXO_STOPPED without a message). LOXO_ERR_MEMORY. */
 loxo_status exact_run_rounds(exact_state *s);
+/* After a stop: no way that was not gone yet is shorter. HUGE_VAL: there is none. */
+double exact_least_to_come(const exact_state *s);
 
 /* Takes the list of half-edge h across the face of h. false: there is no room for it yet. */
 bool exact_pass_on(exact_state *s, exact_worker *worker, loxo_index h);

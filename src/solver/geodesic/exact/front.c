@@ -254,6 +254,24 @@ static bool poll(void *arg)
     return loxo_stop_wanted(s->ctx, "windows", n_reached / (double)s->m.n_vertices);
 }
 
+double exact_least_to_come(const exact_state *s)
+{
+    const loxo_mesh_view *m = &s->m;
+    double to_come = HUGE_VAL;
+    for (int64_t h = 0; h < 3 * m->n_faces; ++h)
+        for (uint32_t id = s->list[h]; id != EXACT_NONE; id = exact_pool_block(&s->pool, id)->next) {
+            const exact_block *block = exact_pool_block(&s->pool, id);
+            for (uint32_t i = 0; i < block->n; ++i)
+                to_come = least(to_come, k_window_least_way(&block->w[i]));
+        }
+    for (int64_t v = 0; v < m->n_vertices; ++v)
+        if ((s->known[v] & EXACT_QUEUED) != 0) to_come = least(to_come, s->distance[v]);
+    for (int i = 0; i < s->n_threads && s->stage == EXACT_PASS_ON; ++i) /* found, and not judged */
+        for (int64_t k = 0; k < s->worker[i].n_offers; ++k)
+            to_come = least(to_come, s->worker[i].offer[k].distance);
+    return to_come;
+}
+
 static loxo_status make_room(exact_state *s)
 {
     if (s->task_wanted > s->task_room) {

@@ -82,10 +82,7 @@ static void arrive(exact_state *s, exact_worker *worker, side *to, k_window *w, 
     at = to->opposite_is_ahead ? w->begin : w->end;
     const double dx = at - to->opposite_x, dy = to->opposite_y;
     if (to->opposite_bound + sqrt(dx * dx + dy * dy) < k_window_way(w, at, 0.0)) return;
-    if (s->max_distance < HUGE_VAL) {
-        const double nearest = w->x < w->begin ? w->begin : w->x > w->end ? w->end : w->x;
-        if (k_window_way(w, nearest, 0.0) > s->max_distance) return;
-    }
+    if (s->max_distance < HUGE_VAL && k_window_least_way(w) > s->max_distance) return;
     exact_put(s, worker, &to->chain, w, origin);
 }
 

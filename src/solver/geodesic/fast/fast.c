@@ -5,9 +5,9 @@
 #include "kernel/layout_kernel.h"
 #include "par/range.h"
 #include "solver/geodesic/fast/fast_internal.h"
+#include "solver/geodesic/touched.h"
 
 #include <math.h>
-#include <stdlib.h>
 
 static void lay_out(fast_state *s, const loxo_mesh_view *m)
 {
@@ -118,40 +118,13 @@ static void clear(fast_state *s)
     s->is_renewing = false;
 }
 
-static int compare_indices(const void *a, const void *b)
-{
-    const loxo_index x = *(const loxo_index *)a, y = *(const loxo_index *)b;
-    return (x > y) - (x < y);
-}
-
-/* Puts v into the list if it was ever reached and is not in it. */
-static void touch(fast_state *s, loxo_index v)
-{
-    const bool was_reached = s->distance[v] < HUGE_VAL || s->flags[v] != 0; /* taken back: its count stands in flags */
-    if (!was_reached || (s->flags[v] & FAST_LISTED) != 0) return;
-    s->flags[v] |= FAST_LISTED;
-    s->fresh[s->n_touched++] = v;
-}
-
-/* After a solve within a small ball: the list of what it reached, from neighbour to neighbour, in fresh. */
+/* After a solve within a small ball: the list of what it reached, in fresh. What was taken back has no distance; its count stands
+ * in flags. */
 static void list_touched(fast_state *s, const geodesic_seed *seeds, int64_t n_seeds)
 {
-    const loxo_mesh_view *m = &s->m;
-    if (s->n_final > m->n_vertices / 8) return; /* a pass over all vertices costs as little */
-    s->n_touched = 0;
-    for (int64_t i = 0; i < n_seeds; ++i)
-        for (int k = 0; k < 3; ++k)
-            touch(s, m->halfedge_vertex[(int64_t)3 * seeds[i].face + k]);
-    for (int64_t i = 0; i < s->n_touched; ++i) {
-        const loxo_index first = m->vertex_halfedge[s->fresh[i]];
-        loxo_index h = first;
-        do {
-            touch(s, k_head(m, h));
-            touch(s, m->halfedge_vertex[k_previous(h)]);
-            h = m->halfedge_twin[k_previous(h)];
-        } while (h >= 0 && h != first);
-    }
-    qsort(s->fresh, (size_t)s->n_touched, sizeof *s->fresh, compare_indices);
+    const geodesic_touch touch = {&s->m, s->distance, s->flags, (uint8_t)~FAST_LISTED, FAST_LISTED};
+    if (s->n_final > s->m.n_vertices / 8) return; /* a pass over all vertices costs as little */
+    s->n_touched = geodesic_list_touched(&touch, seeds, n_seeds, s->fresh, s->m.n_vertices);
 }
 
 /* What is beyond the limit, and what a stop left in the front, was not reached. */
@@ -197,8 +170,11 @@ static loxo_status fast_solve(void *state, const geodesic_seed *seeds, int64_t n
         plant(s, &seeds[i]);
     const loxo_status status = fast_run(s, limit);
     if (status < 0) return status;
+    /* Asked in the last round, nothing was left to stop. */
+    const bool is_over = s->stage == FAST_COMMIT && s->n_next == 0 && s->n_doubtful == 0;
+    const bool is_stopped = status == LOXO_STOPPED && !is_over;
     if (limit < HUGE_VAL) list_touched(s, seeds, n_seeds);
-    drop_unfinished(s, limit, status == LOXO_STOPPED);
+    drop_unfinished(s, limit, is_stopped);
     double sums[2] = {0.0, 0.0};
     const int64_t n_looked_at = s->n_touched >= 0 ? s->n_touched : s->m.n_vertices;
     const loxo_status of_sum = loxo_sum(s->ctx, n_looked_at, 2, partial_error, s, sums);
@@ -210,7 +186,7 @@ static loxo_status fast_solve(void *state, const geodesic_seed *seeds, int64_t n
                             (size_t)s->task_capacity * (sizeof *s->task + sizeof *s->doubtful + sizeof *s->taken_back) +
                             (size_t)s->step_capacity * sizeof *s->step;
     info->phase_s[LOXO_GEODESIC_PHASE_PROPAGATE] += loxo_os_clock_s() - start_s;
-    if (status != LOXO_STOPPED) return LOXO_OK;
+    if (!is_stopped) return LOXO_OK;
     info->stop_reason = LOXO_STOP_MONITOR;
     return loxo_fail(s->ctx, LOXO_STOPPED, "geodesic: stopped; what the front had not passed is infinite");
 }
