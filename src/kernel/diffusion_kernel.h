@@ -88,6 +88,33 @@ static inline double k_cotangent_row(const loxo_mesh_view *m, loxo_index v, k_en
     return twice_area / 6.0;
 }
 
+/* Rings of K_BESIDE vertices side by side: spokes from the vertex to its neighbours, one after the other; behind the last of a
+ * closed ring the first again, then zeros. What comes of them: the cotangent weight of each spoke, that of the first of a closed
+ * ring in two parts, in front and behind; twice the area of the faces. */
+typedef struct k_spokes {
+    double x[K_RING + 2][K_BESIDE], y[K_RING + 2][K_BESIDE], z[K_RING + 2][K_BESIDE];
+    double weight[K_RING + 2][K_BESIDE], twice_area[K_BESIDE];
+} k_spokes;
+
+/* Corners between the spokes 0 .. n_corners of each ring: the same numbers as k_shape_of_face, by one division and one root a
+ * corner and without asking which face it is in. */
+static inline void k_ring_weights(int n_corners, k_spokes *s)
+{
+    for (int i = 0; i < K_BESIDE; ++i)
+        s->twice_area[i] = s->weight[0][i] = 0.0;
+    for (int k = 0; k < n_corners; ++k)
+        for (int i = 0; i < K_BESIDE; ++i) {
+            const loxo_vec3 u = {s->x[k][i], s->y[k][i], s->z[k][i]};
+            const loxo_vec3 w = {s->x[k + 1][i], s->y[k + 1][i], s->z[k + 1][i]};
+            const loxo_vec3 across = v3_sub(w, u);
+            const double twice_area = v3_norm(v3_cross(u, w));
+            const double half_inverse = twice_area > 0.0 ? 0.5 / twice_area : 0.0;
+            s->twice_area[i] += twice_area;
+            s->weight[k][i] += v3_dot(w, across) * half_inverse;
+            s->weight[k + 1][i] = -v3_dot(u, across) * half_inverse;
+        }
+}
+
 /* Of a block of rows: the squared relative change of its values, root mean square weighted by area, in the last even and
  * the last odd step; and the weight of its values. */
 typedef struct k_change {

@@ -26,51 +26,41 @@ static inline double k_unfolded_distance(double base, double left, double right,
     return sqrt((cx - sx) * (cx - sx) + height * height);
 }
 
-/* A neighbour of a vertex x, as far as it matters for an arrival at x. */
-typedef struct k_spoke {
-    double at, length; /* its distance; to x */
-    loxo_vec3 position;
-} k_spoke;
+/* Ways to several vertices at once: along edges, at + length, and across corners as k_unfolded_distance, whose formulas these
+ * are, from squares of lengths and without a branch. Where the source would have to be nearer to both ends of the edge than they are
+ * to each other, two fronts met there: half of what is missing is added, so that along the edges is shorter. */
+#define K_CORNERS 256
+typedef struct k_corners {
+    int n_edges, n;
+    double edge_at[K_CORNERS], edge_square[K_CORNERS], edge_arrival[K_CORNERS];
+    double base[K_CORNERS], left[K_CORNERS], right[K_CORNERS]; /* squares of the lengths */
+    double at_a[K_CORNERS], at_b[K_CORNERS], reach_a[K_CORNERS], reach_b[K_CORNERS];
+    double arrival[K_CORNERS]; /* HUGE_VAL: none */
+    uint8_t edge_owner[K_CORNERS], owner[K_CORNERS];
+} k_corners;
 
-/* h: the half-edge between them, either way. */
-static inline k_spoke k_spoke_to(const loxo_mesh_view *m, loxo_vec3 x, loxo_index to, loxo_index h, double at)
+static inline double k_unfold_corner(const k_corners *c, int i)
 {
-    k_spoke s = {.at = at};
-    if (!(at < HUGE_VAL)) return s; /* most of what is not known yet is not looked up */
-    if (m->halfedge_length != NULL) {
-        s.length = m->halfedge_length[h];
-    } else {
-        s.position = k_position(m, to);
-        s.length = v3_norm(v3_sub(s.position, x));
-    }
-    return s;
+    const double base = sqrt(c->base[i]), inverse = 1.0 / base, a = c->at_a[i], b = c->at_b[i];
+    const double cx = 0.5 * (base + (c->left[i] - c->right[i]) * inverse),
+                 sx = 0.5 * (base + (a - b) * ((a + b) * inverse));
+    const double cy2 = c->left[i] - cx * cx, sy2 = (a - sx) * (a + sx);
+    const double cy = cy2 > 0.0 ? sqrt(cy2) : 0.0, sy = sy2 > 0.0 ? sqrt(sy2) : 0.0, height = cy + sy;
+    const double crossing = height > 0.0 ? sx * cy + cx * sy : cx, share = height > 0.0 ? height : 1.0;
+    const double from = -c->reach_a[i] * base * share, to = (1.0 + c->reach_b[i]) * base * share;
+    const double missing = base - (a + b), dx = cx - sx;
+    const double arrival = sqrt(dx * dx + height * height) + (missing > 0.0 ? 0.5 * missing : 0.0);
+    const bool is_crossed = (base > 0.0) & (crossing >= from) & (crossing <= to); /* no branch: & */
+    return is_crossed ? arrival : HUGE_VAL;
 }
 
-/* Shortest arrival at vertex v: along an edge from a neighbour, or straight across a face around it, from the distances that
- * its neighbours have; HUGE_VAL where one has none yet. reach as above; no line comes from beyond a boundary. */
-static inline double k_arrival(const loxo_mesh_view *m, loxo_index v, const double *distance, double reach)
+/* edge_arrival and arrival from the rest. */
+static inline void k_unfold_corners(k_corners *c)
 {
-    const loxo_index first = m->vertex_halfedge[v], from = k_head(m, first);
-    const loxo_vec3 x = m->halfedge_length != NULL ? (loxo_vec3){0.0, 0.0, 0.0} : k_position(m, v);
-    loxo_index h = first;
-    k_spoke a = k_spoke_to(m, x, from, h, distance[from]);
-    double least = a.at + a.length, reach_a = m->halfedge_twin[first] < 0 ? 0.0 : reach;
-    do {
-        const loxo_index back = k_previous(h), to = m->halfedge_vertex[back];
-        const k_spoke b = k_spoke_to(m, x, to, back, distance[to]);
-        const double reach_b = m->halfedge_twin[back] < 0 ? 0.0 : reach;
-        if (b.at + b.length < least) least = b.at + b.length;
-        if (a.at < HUGE_VAL && b.at < HUGE_VAL && (a.at < least || b.at < least)) {
-            const double base =
-                m->halfedge_length != NULL ? m->halfedge_length[k_next(h)] : v3_norm(v3_sub(b.position, a.position));
-            const double across = k_unfolded_distance(base, a.length, b.length, a.at, b.at, reach_a, reach_b);
-            if (across < least) least = across;
-        }
-        a = b;
-        reach_a = reach_b;
-        h = m->halfedge_twin[back];
-    } while (h >= 0 && h != first);
-    return least;
+    for (int i = 0; i < c->n_edges; ++i)
+        c->edge_arrival[i] = c->edge_at[i] + sqrt(c->edge_square[i]);
+    for (int i = 0; i < c->n; ++i)
+        c->arrival[i] = k_unfold_corner(c, i);
 }
 
 /* From the point of barycentric weights to a corner of a face laid flat. */

@@ -17,6 +17,10 @@ static void relax_blocks(const k_row *row, const k_entry *entry, const float *co
     }
 }
 
+static void ring_weights(int n_corners, k_spokes *spokes) { k_ring_weights(n_corners, spokes); }
+
+static void unfold_corners(k_corners *corners) { k_unfold_corners(corners); }
+
 static void face_differences(const loxo_mesh_view *m, const double *value, const int32_t *scale, int64_t begin,
                              int64_t end, double *difference)
 {
@@ -88,6 +92,8 @@ static void ring_corners(int64_t n, double *spoke, const double *rim, double *co
 extern const k_variant K_VARIANT;
 const k_variant K_VARIANT = {.name = K_VARIANT_TEXT,
                              .relax_blocks = relax_blocks,
+                             .ring_weights = ring_weights,
+                             .unfold_corners = unfold_corners,
                              .face_differences = face_differences,
                              .face_targets = face_targets,
                              .admm_edge = admm_edge,

@@ -6,6 +6,7 @@
 
 #include "kernel/diffusion_kernel.h"
 #include "kernel/jet_kernel.h"
+#include "kernel/unfold_kernel.h"
 
 #include <loxo/context.h>
 
@@ -20,6 +21,8 @@ typedef struct k_variant {
     /* ... and all that the face-based ADMM starts from, see admm_kernel.h. */
     void (*face_targets)(const loxo_mesh_view *m, const double *value, const int32_t *scale, int64_t begin, int64_t end,
                          double *area, double (*square)[3], double (*target)[2], double *push);
+    void (*ring_weights)(int n_corners, k_spokes *spokes); /* see diffusion_kernel.h */
+    void (*unfold_corners)(k_corners *corners);            /* see unfold_kernel.h */
     /* One ADMM iteration on faces begin..end-1, see admm_kernel.h. */
     void (*admm_edge)(const loxo_mesh_view *m, double theta, int64_t begin, int64_t end, const double *closure,
                       double *a, const double *potential, double *potential_next);

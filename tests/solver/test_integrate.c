@@ -98,6 +98,40 @@ TEST(without_a_direction_nothing_is_added)
     surface_destroy(&s);
 }
 
+/* Hills in the given heat, many rings wide and hotter than all around: their inside hears of a way only from the foot. And heats so
+ * far apart that who is hotter goes in circles: keys are of 32 bits. Distances are found all the same. */
+TEST(unfolding_finds_ways_into_hills_and_circles)
+{
+    NEEDS_IDS(10000);
+    surface s = surface_make(test_context, LOXO_SHAPE_GRID, 2500, NAN);
+    const int64_t n = s.soup.n_vertices;
+    double *value = surface_numbers(&s), *distance = surface_numbers(&s);
+    int32_t *scale = loxo_allocate(test_context, n, sizeof *scale);
+    const loxo_geodesic_settings settings = unjudged_settings(LOXO_GEODESIC_EDGE);
+    const double *x = s.soup.position, *end = x + 3 * (n - 1), size = hypot(end[0] - x[0], end[1] - x[1]);
+    loxo_geodesic *g;
+    CHECK_OK(loxo_geodesic_create(test_context, s.mesh, &settings, &g));
+    for (int kind = 0; kind < 2; ++kind) {
+        for (int64_t v = 0; v < n; ++v) {
+            const double *p = x + 3 * v, from = hypot(p[0] - x[0], p[1] - x[1]) / size;
+            const double hill = hypot(p[0] - 0.5 * (x[0] + end[0]), p[1] - 0.5 * (x[1] + end[1])) / size;
+            value[v] = 1.0;
+            scale[v] = kind == 0 ? -(int32_t)(1000.0 * from) + (hill < 0.2 ? (int32_t)(1e4 * (0.2 - hill)) : 0)
+                                 : (int32_t)(v % 3 - 1) * 350000;
+        }
+        CHECK_OK(loxo_geodesic_solve_from_heat(g, (const loxo_index[]){0}, 1, value, scale, distance, NULL));
+        for (int64_t v = 0; v < n; ++v) {
+            const double *p = x + 3 * v, truth = hypot(p[0] - x[0], p[1] - x[1]);
+            CHECK_NEAR(distance[v], truth, 2e-3 * truth);
+        }
+    }
+    loxo_geodesic_destroy(g);
+    loxo_release(test_context, value);
+    loxo_release(test_context, distance);
+    loxo_release(test_context, scale);
+    surface_destroy(&s);
+}
+
 TEST(heat_that_is_not_finite_is_refused)
 {
     surface s = surface_make(test_context, LOXO_SHAPE_GRID, 100, NAN);

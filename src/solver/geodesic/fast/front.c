@@ -31,7 +31,7 @@ static void lower(uint64_t *least, uint64_t bits)
     }
 }
 
-static void raise(uint64_t *most, uint64_t bits)
+static void lift(uint64_t *most, uint64_t bits)
 {
     uint64_t old = __atomic_load_n(most, __ATOMIC_RELAXED);
     while (bits > old && !__atomic_compare_exchange_n(most, &old, bits, true, __ATOMIC_RELAXED, __ATOMIC_RELAXED)) {
@@ -120,7 +120,7 @@ static void select_chunk(fast_state *s, int64_t begin, int64_t end)
         __atomic_store_n(&s->flags[v], (uint8_t)(FAST_FINAL | FAST_NEW | kept_flags), __ATOMIC_RELAXED);
     }
     lower(&s->next_horizon, least);
-    if (overhang > 0.0) raise(&s->overhang, bits_of(overhang));
+    if (overhang > 0.0) lift(&s->overhang, bits_of(overhang));
     fast_queue(s, kept, n_kept);
     const int64_t to = __atomic_fetch_add(&s->n_fresh, n_fresh, __ATOMIC_RELAXED);
     memcpy(&s->fresh[to], fresh, (size_t)n_fresh * sizeof *fresh);

@@ -92,12 +92,11 @@ typedef struct row_terms {
     double area, time, diagonal;
 } row_terms;
 
-static row_terms make_terms(const parallel_heat *g, int64_t place, uint32_t n, k_entry *entry)
+/* From the weights in the entries and the area. */
+static row_terms make_terms(const parallel_heat *g, uint32_t n, double area, k_entry *entry)
 {
-    const loxo_index v = g->order[place];
     const double unit = 1.0 / (g->mean_edge_length * g->mean_edge_length);
-    const float area = n > 0 ? (float)(unit * k_cotangent_row(&g->m, v, entry)) : 0.0f;
-    row_terms t = {.area = (double)area, .time = g->settings.time_factor};
+    row_terms t = {.area = (double)(float)(unit * area), .time = g->settings.time_factor};
     double weight_sum = 0.0;
     for (uint32_t k = 0; k < n; ++k)
         weight_sum += (double)entry[k].coefficient;
@@ -108,14 +107,16 @@ static row_terms make_terms(const parallel_heat *g, int64_t place, uint32_t n, k
     return (row_terms){.area = 0.0, .time = 1.0, .diagonal = (double)n};
 }
 
-static void build_row(parallel_heat *g, int64_t level, int64_t place, int64_t block, bool is_plain, k_row *row)
+/* entries hold vertices and weights. */
+static void build_row(parallel_heat *g, int64_t level, int64_t place, int64_t block, bool is_plain, double ring_area,
+                      k_row *row)
 {
     const int64_t level_begin = g->level_begin[level], level_end = g->level_begin[level + 1];
     const int64_t block_end = block + BLOCK_ROWS < level_end ? block + BLOCK_ROWS : level_end;
     const unsigned parity = (unsigned)(level + 1) & 1u; /* of the step before the one that takes this level in */
     k_entry *entry = &g->entry[row->begin];
     const uint32_t n = row[1].begin - row[0].begin;
-    const row_terms t = make_terms(g, place, n, entry);
+    const row_terms t = make_terms(g, n, ring_area, entry);
     const double area = t.area, time = t.time, diagonal = t.diagonal;
     double crossing = 0.0;
     for (uint32_t k = 0; k < n; ++k) {
@@ -190,18 +191,67 @@ static void find_reach(parallel_heat *g, int64_t level, int64_t begin, int64_t e
     }
 }
 
-/* For the rows of the next places. */
-static void fetch_around(const parallel_heat *g, int64_t begin, int64_t end)
+/* Weights and vertices of a ring, into the entries of its row. */
+static void write_ring(const k_rings *r, const k_spokes *s, int i, k_entry *entry)
 {
-    k_walks walks = {.n = 0};
-    for (int64_t p = begin; p < end && walks.n < K_BESIDE; ++p)
-        k_walks_add(&g->m, &walks, g->order[p]);
-    for (int step = 0; step < K_STEPS; ++step) {
-        k_walks_step(&g->m, &walks);
-        for (int i = 0; i < walks.n; ++i) {
-            if (walks.to[i] < 0) continue;
-            __builtin_prefetch(&g->rank[walks.to[i]], 0, 3);
-            k_prefetch_position(&g->m, walks.to[i]);
+    const int n = r->n_spokes[i];
+    for (int k = 0; k < n; ++k) {
+        entry[k].slot = (uint32_t)r->to[k][i];
+        entry[k].coefficient = (float)s->weight[k][i];
+    }
+    if (!r->is_open[i]) entry[0].coefficient = (float)(s->weight[n][i] + s->weight[0][i]);
+}
+
+/* The spokes of rings that are all written down; how many corners the largest has. */
+static int lay_spokes(const loxo_mesh_view *m, const k_rings *r, k_spokes *s)
+{
+    int most = 0;
+    for (int i = 0; i < r->n; ++i) {
+        const int n = r->n_spokes[i] + (r->is_open[i] ? 0 : 1);
+        if (r->n_spokes[i] > 0 && r->n_spokes[i] <= K_RING && n > most) most = n;
+    }
+    for (int i = 0; i < K_BESIDE; ++i) {
+        const int n = i < r->n && r->n_spokes[i] <= K_RING ? r->n_spokes[i] : 0;
+        const loxo_vec3 own = n > 0 ? k_position(m, r->vertex[i]) : (loxo_vec3){0.0, 0.0, 0.0};
+        for (int k = 0; k < n; ++k) {
+            const loxo_vec3 e = v3_sub(k_position(m, r->to[k][i]), own);
+            s->x[k][i] = e.x;
+            s->y[k][i] = e.y;
+            s->z[k][i] = e.z;
+        }
+        const bool is_closed = n > 0 && !r->is_open[i];
+        for (int k = n; k < most; ++k) {
+            s->x[k][i] = is_closed && k == n ? s->x[0][i] : 0.0;
+            s->y[k][i] = is_closed && k == n ? s->y[0][i] : 0.0;
+            s->z[k][i] = is_closed && k == n ? s->z[0][i] : 0.0;
+        }
+    }
+    return most - 1;
+}
+
+/* Makes vertices and weights of the rows of places p, p + 1, ..., up to end, and tells their areas. */
+static void make_rings(const parallel_heat *g, int64_t p, int64_t end, const k_row *row, double *area)
+{
+    k_rings r;
+    k_spokes s;
+    for (r.n = 0; r.n < K_BESIDE && p + r.n < end; ++r.n)
+        r.vertex[r.n] = g->order[p + r.n];
+    k_rings_walk(&g->m, &r, g->rank, sizeof *g->rank);
+    if (g->m.halfedge_length == NULL) {
+        for (int i = 0; i < r.n; ++i)
+            for (int k = 0; k < r.n_spokes[i] && k < K_RING; ++k)
+                k_prefetch_position(&g->m, r.to[k][i]);
+        g->kernels->ring_weights(lay_spokes(&g->m, &r, &s), &s);
+    }
+    for (int i = 0; i < r.n; ++i) {
+        k_entry *entry = &g->entry[row[i].begin];
+        if (r.n_spokes[i] == 0) {
+            area[i] = 0.0;
+        } else if (g->m.halfedge_length == NULL && r.n_spokes[i] <= K_RING) {
+            write_ring(&r, &s, i, entry);
+            area[i] = s.twice_area[i] / 6.0;
+        } else {
+            area[i] = k_cotangent_row(&g->m, r.vertex[i], entry);
         }
     }
 }
@@ -212,9 +262,11 @@ void heat_build_rows(parallel_heat *g, int64_t level, int64_t begin, int64_t end
     for (int64_t block = begin; block < end; block += BLOCK_ROWS) {
         const int64_t block_end = block + BLOCK_ROWS < end ? block + BLOCK_ROWS : end;
         k_row *row = heat_row(g, level, block);
+        double area[K_BESIDE] = {0.0};
         for (int64_t p = block; p < block_end; ++p, ++row) {
-            if ((p - block) % K_BESIDE == 0) fetch_around(g, p, block_end);
-            build_row(g, level, p, block, is_plain, row);
+            const int64_t i = (p - block) % K_BESIDE;
+            if (i == 0) make_rings(g, p, block_end, row, area);
+            build_row(g, level, p, block, is_plain, area[i], row);
         }
         if (!is_plain) find_reach(g, level, block, block_end);
     }
@@ -246,7 +298,7 @@ void heat_link_outward(parallel_heat *g, int64_t level, int64_t begin, int64_t e
 static void make_whole_row(const parallel_heat *g, int64_t place, k_row *row, k_entry *entry)
 {
     const uint32_t n = row[1].begin - row[0].begin;
-    const row_terms t = make_terms(g, place, n, entry);
+    const row_terms t = make_terms(g, n, n > 0 ? k_cotangent_row(&g->m, g->order[place], entry) : 0.0, entry);
     const double omega = place < g->level_begin[1] ? 1.0 : relaxation(SETTLING_GAIN, t.area, t.diagonal, 0.0);
     const double value = g->value[2 * place];
     double sum = omega * t.area / t.diagonal;

@@ -32,17 +32,20 @@ typedef struct search {
     loxo_status status;
 } search;
 
-/* For the walks around the next places. */
-static void fetch_around(const parallel_heat *g, int64_t begin, int64_t end)
+/* The rings of the next places, up to end. */
+static void lay_rings(const parallel_heat *g, int64_t begin, int64_t end, k_rings *r)
 {
-    k_walks walks = {.n = 0};
-    for (int64_t p = begin; p < end && walks.n < K_BESIDE; ++p)
-        k_walks_add(&g->m, &walks, g->order[p]);
-    for (int step = 0; step < K_STEPS; ++step) {
-        k_walks_step(&g->m, &walks);
-        for (int i = 0; i < walks.n; ++i)
-            if (walks.to[i] >= 0) __builtin_prefetch(&g->rank[walks.to[i]], 1, 3);
-    }
+    for (r->n = 0; r->n < K_BESIDE && begin + r->n < end; ++r->n)
+        r->vertex[r->n] = g->order[begin + r->n];
+    k_rings_walk(&g->m, r, g->rank, sizeof *g->rank);
+}
+
+static inline void find(parallel_heat *g, int64_t place, loxo_index v, int64_t *tail)
+{
+    if (g->rank[v] >= 0) return;
+    g->rank[v] = (loxo_index)*tail;
+    g->order[*tail] = v;
+    g->parent[(*tail)++] = (loxo_index)place;
 }
 
 /* One thread: finds and numbers the neighbours of the level's places. */
@@ -50,17 +53,21 @@ static void expand_alone(search *s)
 {
     parallel_heat *g = s->g;
     int64_t tail = s->tail;
+    k_rings r;
     for (int64_t p = s->begin; p < s->end; ++p) {
-        if ((p - s->begin) % K_BESIDE == 0) fetch_around(g, p, s->end);
-        uint32_t degree = 0;
-        k_around around = k_around_vertex(&g->m, g->order[p]);
-        for (loxo_index to; (to = k_around_next(&g->m, &around)) >= 0; ++degree) {
-            if (g->rank[to] >= 0) continue;
-            g->rank[to] = (loxo_index)tail;
-            g->order[tail] = to;
-            g->parent[tail++] = (loxo_index)p;
+        const int i = (int)((p - s->begin) % K_BESIDE);
+        if (i == 0) lay_rings(g, p, s->end, &r);
+        uint32_t n = (uint32_t)r.n_spokes[i];
+        if (n <= K_RING) {
+            for (uint32_t k = 0; k < n; ++k)
+                find(g, p, r.to[k][i], &tail);
+        } else {
+            n = 0;
+            k_around around = k_around_vertex(&g->m, g->order[p]);
+            for (loxo_index to; (to = k_around_next(&g->m, &around)) >= 0; ++n)
+                find(g, p, to, &tail);
         }
-        g->degree[p] = degree;
+        g->degree[p] = n;
     }
     s->tail = tail;
 }
@@ -76,19 +83,34 @@ static int64_t n_chunks(int64_t begin, int64_t end) { return (end - begin + CHUN
 /* The lowest place has the lowest code; a known vertex has a rank, which is none. */
 static loxo_index claim_code(int64_t place) { return (loxo_index)(LOWEST + place); }
 
+/* 1 where it may have won v. */
+static uint32_t claim_one(parallel_heat *g, loxo_index code, loxo_index v)
+{
+    loxo_index *rank = &g->rank[v], now = __atomic_load_n(rank, __ATOMIC_RELAXED);
+    if (now >= 0 || code >= now) return 0;
+    while (now < 0 && code < now &&
+           !__atomic_compare_exchange_n(rank, &now, code, true, __ATOMIC_RELAXED, __ATOMIC_RELAXED)) {
+    }
+    return 1;
+}
+
 static void claim(parallel_heat *g, loxo_range r)
 {
+    k_rings rings;
     for (int64_t p = r.begin; p < r.end; ++p) {
-        if ((p - r.begin) % K_BESIDE == 0) fetch_around(g, p, r.end);
+        if ((p - r.begin) % K_BESIDE == 0) lay_rings(g, p, r.end, &rings);
+        const int i = (int)((p - r.begin) % K_BESIDE);
         const loxo_index code = claim_code(p);
+        const uint32_t n = (uint32_t)rings.n_spokes[i];
         uint32_t claimed = 0, k = 0;
-        k_around around = k_around_vertex(&g->m, g->order[p]);
-        for (loxo_index to; (to = k_around_next(&g->m, &around)) >= 0; ++k) {
-            loxo_index *rank = &g->rank[to], now = __atomic_load_n(rank, __ATOMIC_RELAXED);
-            if (now >= 0 || code >= now) continue;
-            claimed |= k < 32 ? UINT32_C(1) << k : 0;
-            while (now < 0 && code < now &&
-                   !__atomic_compare_exchange_n(rank, &now, code, true, __ATOMIC_RELAXED, __ATOMIC_RELAXED)) {
+        if (n <= K_RING) {
+            for (; k < n; ++k)
+                claimed |= claim_one(g, code, rings.to[k][i]) << k;
+        } else {
+            k_around around = k_around_vertex(&g->m, g->order[p]);
+            for (loxo_index to; (to = k_around_next(&g->m, &around)) >= 0; ++k) {
+                const uint32_t is_claimed = claim_one(g, code, to);
+                claimed |= k < 32 ? is_claimed << k : 0;
             }
         }
         g->degree[p] = k;

@@ -40,6 +40,7 @@ typedef struct unfolding {
     int64_t pass;
     int64_t progress; /* the poll looks at it */
     int64_t n_again;  /* to be done again in the next pass, some counted twice */
+    int64_t n_found;  /* that found a way in this pass, after the first */
 } unfolding;
 
 static uint32_t heat_key(double value, int32_t scale)
@@ -150,17 +151,19 @@ static inline void tell(unfolding *s, loxo_index v, loxo_index w, loxo_index h, 
     }
 }
 
-static void tell_neighbours(unfolding *s, loxo_index v, found_list *found)
+/* The i-th of the rings tells its neighbours. */
+static void tell_ring(unfolding *s, const k_rings *r, int i, found_list *found)
 {
     const loxo_mesh_view *m = &s->g->m;
-    const loxo_index first = m->vertex_halfedge[v];
-    loxo_index h = first, back = -1;
-    do {
-        back = k_previous(h);
-        tell(s, v, k_head(m, h), h, found);
-        h = m->halfedge_twin[back];
-    } while (h >= 0 && h != first);
-    if (h < 0) tell(s, v, m->halfedge_vertex[back], back, found);
+    if (r->n_spokes[i] <= K_RING) {
+        for (int k = 0; k < r->n_spokes[i]; ++k)
+            tell(s, r->vertex[i], r->to[k][i], r->halfedge[k][i], found);
+        return;
+    }
+    k_around around = k_around_vertex(m, r->vertex[i]);
+    for (loxo_index h = around.first, to; (to = k_around_next(m, &around)) >= 0;
+         h = around.next >= 0 ? around.next : around.back)
+        tell(s, r->vertex[i], to, h, found);
 }
 
 static inline loxo_index queued(const parallel_heat *g, int64_t i)
@@ -168,42 +171,189 @@ static inline loxo_index queued(const parallel_heat *g, int64_t i)
     return g->queue[i] < 0 ? (loxo_index)~g->queue[i] : g->queue[i];
 }
 
-/* For the arrivals at the next vertices of the queue: of the hotter ones around them also where they are. */
-static void fetch_around(const unfolding *s, int64_t begin, int64_t end)
+/* Up to K_BESIDE vertices that are no neighbours of each other, and what arrives at them. */
+typedef struct arrivals {
+    k_rings rings;
+    k_corners corners;
+    double least[K_BESIDE];
+} arrivals;
+
+/* A spoke whose end has a distance. */
+typedef struct spoke {
+    double at, square, reach; /* distance of its end; squared length; how far beyond its end a line may pass */
+    loxo_vec3 vector;
+    loxo_index halfedge;
+} spoke;
+
+static void flush(const unfolding *s, arrivals *a)
+{
+    k_corners *c = &a->corners;
+    s->g->kernels->unfold_corners(c);
+    for (int i = 0; i < c->n_edges; ++i)
+        if (c->edge_arrival[i] < a->least[c->edge_owner[i]]) a->least[c->edge_owner[i]] = c->edge_arrival[i];
+    for (int i = 0; i < c->n; ++i)
+        if (c->arrival[i] < a->least[c->owner[i]]) a->least[c->owner[i]] = c->arrival[i];
+    c->n_edges = c->n = 0;
+}
+
+/* Of vertex x at own, its i-th of a batch: the way along half-edge h, which joins it and its neighbour either way. */
+static spoke lay_spoke(const loxo_mesh_view *m, k_corners *c, int i, loxo_vec3 own, loxo_index to, loxo_index h,
+                       double at, double reach)
+{
+    spoke e = {.at = at, .reach = reach, .halfedge = h};
+    if (!(at < HUGE_VAL)) return e; /* most of what is not known yet is not looked up */
+    if (m->halfedge_length != NULL) {
+        e.square = m->halfedge_length[h] * m->halfedge_length[h];
+    } else {
+        e.vector = v3_sub(k_position(m, to), own);
+        e.square = v3_dot(e.vector, e.vector);
+    }
+    c->edge_owner[c->n_edges] = (uint8_t)i;
+    c->edge_at[c->n_edges] = at;
+    c->edge_square[c->n_edges++] = e.square;
+    return e;
+}
+
+/* The corner between two spokes, the first along a half-edge that starts in it. */
+static void lay_corner(const loxo_mesh_view *m, k_corners *c, int i, const spoke *a, const spoke *b)
+{
+    if (!(a->at < HUGE_VAL) || !(b->at < HUGE_VAL)) return;
+    const int k = c->n++;
+    if (m->halfedge_length != NULL) {
+        const double base = m->halfedge_length[k_next(a->halfedge)];
+        c->base[k] = base * base;
+    } else {
+        const loxo_vec3 base = v3_sub(b->vector, a->vector);
+        c->base[k] = v3_dot(base, base);
+    }
+    c->left[k] = a->square;
+    c->right[k] = b->square;
+    c->at_a[k] = a->at;
+    c->at_b[k] = b->at;
+    c->reach_a[k] = a->reach;
+    c->reach_b[k] = b->reach;
+    c->owner[k] = (uint8_t)i;
+}
+
+/* What the neighbours of the i-th vertex have to tell. No line comes from beyond a boundary. */
+static void lay_ring(const unfolding *s, arrivals *a, int i)
 {
     const loxo_mesh_view *m = &s->g->m;
-    k_walks walks = {.n = 0};
-    for (int64_t i = begin; i < end && walks.n < K_BESIDE; ++i)
-        k_walks_add(m, &walks, queued(s->g, i));
-    for (int step = 0; step < K_STEPS; ++step) {
-        k_walks_step(m, &walks);
-        for (int i = 0; i < walks.n; ++i)
-            if (walks.to[i] >= 0 && s->distance[walks.to[i]] < HUGE_VAL) k_prefetch_position(m, walks.to[i]);
+    const k_rings *r = &a->rings;
+    const double *distance = s->distance;
+    const int n = r->n_spokes[i];
+    const double at_ends = r->is_open[i] ? 0.0 : REACH;
+    const loxo_vec3 own = m->halfedge_length != NULL ? (loxo_vec3){0.0, 0.0, 0.0} : k_position(m, r->vertex[i]);
+    const loxo_index to = r->to[0][i];
+    const spoke first = lay_spoke(m, &a->corners, i, own, to, r->halfedge[0][i], distance[to], at_ends);
+    spoke before = first;
+    for (int k = 1; k < n; ++k) {
+        const loxo_index w = r->to[k][i];
+        const spoke now =
+            lay_spoke(m, &a->corners, i, own, w, r->halfedge[k][i], distance[w], k + 1 < n ? REACH : at_ends);
+        lay_corner(m, &a->corners, i, &before, &now);
+        before = now;
     }
+    if (!r->is_open[i]) lay_corner(m, &a->corners, i, &before, &first);
+}
+
+/* The same for more neighbours than a ring holds. */
+static void lay_large_ring(const unfolding *s, arrivals *a, int i)
+{
+    const loxo_mesh_view *m = &s->g->m;
+    const loxo_index v = a->rings.vertex[i], h_first = m->vertex_halfedge[v], to = k_head(m, h_first);
+    const loxo_vec3 own = m->halfedge_length != NULL ? (loxo_vec3){0.0, 0.0, 0.0} : k_position(m, v);
+    spoke before =
+        lay_spoke(m, &a->corners, i, own, to, h_first, s->distance[to], m->halfedge_twin[h_first] < 0 ? 0.0 : REACH);
+    loxo_index h = h_first;
+    do {
+        const loxo_index back = k_previous(h), w = m->halfedge_vertex[back], twin = m->halfedge_twin[back];
+        if (a->corners.n_edges == K_CORNERS || a->corners.n == K_CORNERS) flush(s, a);
+        spoke now = lay_spoke(m, &a->corners, i, own, w, back, s->distance[w], twin < 0 ? 0.0 : REACH);
+        lay_corner(m, &a->corners, i, &before, &now);
+        now.halfedge = twin;
+        before = now;
+        h = twin;
+    } while (h >= 0 && h != h_first);
+}
+
+/* Shortest arrivals at the vertices of the batch: along an edge from a neighbour, or straight across a face around it, from
+ * the distances that its neighbours have; HUGE_VAL where none has one. */
+static void find_arrivals(const unfolding *s, arrivals *a)
+{
+    const loxo_mesh_view *m = &s->g->m;
+    const k_rings *r = &a->rings;
+    for (int i = 0; i < r->n && m->halfedge_length == NULL; ++i)
+        for (int k = 0; k < r->n_spokes[i] && k < K_RING; ++k)
+            if (s->distance[r->to[k][i]] < HUGE_VAL) k_prefetch_position(m, r->to[k][i]);
+    a->corners.n_edges = a->corners.n = 0;
+    for (int i = 0; i < r->n; ++i) {
+        a->least[i] = HUGE_VAL;
+        if (is_source(s->g, r->vertex[i]) || r->n_spokes[i] == 0) continue;
+        if (a->corners.n_edges + K_RING > K_CORNERS || a->corners.n + K_RING > K_CORNERS) flush(s, a);
+        if (r->n_spokes[i] <= K_RING)
+            lay_ring(s, a, i);
+        else
+            lay_large_ring(s, a, i);
+    }
+    flush(s, a);
 }
 
 static void do_first(unfolding *s, loxo_range r, found_list *found)
 {
-    for (int64_t i = r.begin; i < r.end; ++i) {
-        const loxo_index v = queued(s->g, i);
-        if ((i - r.begin) % K_BESIDE == 0) fetch_around(s, i, r.end);
-        if (!is_source(s->g, v)) s->distance[v] = k_arrival(&s->g->m, v, s->distance, REACH);
-        tell_neighbours(s, v, found);
+    arrivals a;
+    k_rings *rings = &a.rings;
+    for (int64_t i = r.begin; i < r.end; i += K_BESIDE) {
+        rings->n = (int)(r.end - i < K_BESIDE ? r.end - i : K_BESIDE);
+        for (int k = 0; k < rings->n; ++k)
+            rings->vertex[k] = queued(s->g, i + k);
+        k_rings_walk(&s->g->m, rings, s->distance, sizeof *s->distance);
+        find_arrivals(s, &a);
+        for (int k = 0; k < rings->n; ++k) {
+            const loxo_index v = rings->vertex[k];
+            if (is_source(s->g, v)) continue;
+            s->distance[v] = a.least[k];
+            if (!(a.least[k] < HUGE_VAL)) s->g->waits_for[v] = AGAIN; /* hotter than all around it */
+        }
+        for (int k = 0; k < rings->n; ++k)
+            tell_ring(s, rings, k, found);
+    }
+}
+
+/* Those of a batch that were marked. */
+static void do_batch_again(unfolding *s, arrivals *a, found_list *found)
+{
+    const parallel_heat *g = s->g;
+    k_rings *rings = &a->rings;
+    k_rings_walk(&g->m, rings, s->distance, sizeof *s->distance);
+    find_arrivals(s, a);
+    for (int k = 0; k < rings->n; ++k) {
+        const loxo_index v = rings->vertex[k];
+        const double old = s->distance[v], now = a->least[k];
+        g->waits_for[v] = now < HUGE_VAL ? 0 : AGAIN;
+        if (!(now < old)) continue;
+        s->distance[v] = now;
+        if (old == HUGE_VAL) __atomic_add_fetch(&s->n_found, 1, __ATOMIC_RELAXED);
+        if (old - now > LEAST_GAIN * g->mean_edge_length) tell_ring(s, rings, k, found);
     }
 }
 
 static void do_again(unfolding *s, loxo_range r, found_list *found)
 {
     const parallel_heat *g = s->g;
+    arrivals a;
+    a.rings.n = 0;
+    for (int64_t i = r.begin; i < r.end; ++i)
+        __builtin_prefetch(&g->waits_for[queued(g, i)]);
     for (int64_t i = r.begin; i < r.end; ++i) {
         const loxo_index v = queued(g, i);
-        if (g->waits_for[v] != AGAIN && s->distance[v] < HUGE_VAL) continue;
-        const double old = s->distance[v], now = k_arrival(&g->m, v, s->distance, REACH);
-        g->waits_for[v] = 0;
-        if (!(now < old)) continue;
-        s->distance[v] = now;
-        if (old - now > LEAST_GAIN * g->mean_edge_length) tell_neighbours(s, v, found);
+        if (g->waits_for[v] != AGAIN) continue;
+        a.rings.vertex[a.rings.n++] = v;
+        if (a.rings.n < K_BESIDE) continue;
+        do_batch_again(s, &a, found);
+        a.rings.n = 0;
     }
+    if (a.rings.n > 0) do_batch_again(s, &a, found);
 }
 
 static void unfold_work(void *arg, int64_t chunk)
@@ -220,13 +370,27 @@ static void unfold_work(void *arg, int64_t chunk)
     if (found.n > 0) hand_over(s, &found);
 }
 
+/* A given heat may differ by more octaves between neighbours than keys tell apart, so that some wait for each other in a circle:
+ * they follow in the queue, each a round of its own. */
+static void queue_the_rest(unfolding *s)
+{
+    const parallel_heat *g = s->g;
+    for (int64_t v = 0; v < g->m.n_vertices && s->tail < g->n_reached; ++v) {
+        if (g->rank[v] < 0 || g->waits_for[v] <= 0 || is_source(g, (loxo_index)v)) continue;
+        g->waits_for[v] = AGAIN;
+        g->queue[s->tail++] = (loxo_index)~v;
+    }
+}
+
 /* Whether there is another pass over the queue, and if so, its beginning. What has no way yet lies behind vertices that were
- * hotter than all around them; these hear of one in the second pass. */
+ * hotter than all around them; these hear of one in a later pass, at least one of them in each. */
 static bool begin_pass(unfolding *s)
 {
     const int64_t few = s->g->n_reached / FEW_OF;
-    if ((s->n_again <= few && s->pass > 0) || s->pass + 1 == MOST_PASSES) return false;
-    s->n_again = 0;
+    const bool is_done = s->n_again <= few || s->pass + 1 >= MOST_PASSES;
+    if (s->pass > 0 && is_done && s->n_found == 0) return false;
+    if (s->pass == 0) queue_the_rest(s);
+    s->n_again = s->n_found = 0;
     s->end = 0;
     ++s->pass;
     return true;
