@@ -82,6 +82,8 @@ static void admm_face(const loxo_mesh_view *m, double penalty, int64_t begin, in
     k_admm_face(m, penalty, begin, end, area, square, target, x, x_next, push, push_next);
 }
 
+static void look(k_looks *batch) { k_look(batch); }
+
 static void jet_arrivals(k_jet_batch *batch) { k_jet_arrivals(batch); }
 
 static void ring_corners(int64_t n, double *spoke, const double *rim, double *cosine, double *sine)
@@ -98,5 +100,6 @@ const k_variant K_VARIANT = {.name = K_VARIANT_TEXT,
                              .face_targets = face_targets,
                              .admm_edge = admm_edge,
                              .admm_face = admm_face,
+                             .look = look,
                              .jet_arrivals = jet_arrivals,
                              .ring_corners = ring_corners};

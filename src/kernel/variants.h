@@ -4,6 +4,7 @@
 #ifndef LOXO_KERNEL_VARIANTS_H
 #define LOXO_KERNEL_VARIANTS_H
 
+#include "kernel/check_kernel.h"
 #include "kernel/diffusion_kernel.h"
 #include "kernel/jet_kernel.h"
 #include "kernel/unfold_kernel.h"
@@ -29,6 +30,7 @@ typedef struct k_variant {
     void (*admm_face)(const loxo_mesh_view *m, double penalty, int64_t begin, int64_t end, const double *area,
                       const double (*square)[3], const double (*target)[2], const double (*x)[2], double (*x_next)[2],
                       const double *push, double *push_next);
+    void (*look)(k_looks *batch); /* see check_kernel.h */
     /* see jet_kernel.h */
     void (*jet_arrivals)(k_jet_batch *batch);
     void (*ring_corners)(int64_t n, double *spoke, const double *rim, double *cosine, double *sine);

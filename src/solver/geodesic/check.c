@@ -2,7 +2,7 @@
  * The answer is looked at before it is given: a distance grows along an edge by no more than the edge's length, and its
  * gradient has length 1 nearly everywhere. */
 #include "base/allocate.h"
-#include "kernel/layout_kernel.h"
+#include "kernel/variants.h"
 #include "par/range.h"
 #include "solver/geodesic/geodesic_internal.h"
 
@@ -45,36 +45,65 @@ static double percentile(const breach_counts *c, double share)
     return c->max;
 }
 
-/* Face f: its edges, each at the lower of its two half-edges, and its gradient. sums: area of reached faces, area where
- * the gradient's length is off by over a tenth. */
-static inline void look_at_face(const loxo_mesh_view *m, const double *distance, int64_t f, breach_counts *c,
-                                double *sums)
+/* Faces to be looked at together: their edges, each at the lower of its two half-edges, and their gradients. */
+typedef struct looks {
+    k_looks batch;
+    int n;
+    uint8_t edges[K_LOOKS]; /* bit k: edge k is counted in this face */
+} looks;
+
+static void add_face(const loxo_mesh_view *m, const double *distance, int64_t f, looks *l)
 {
     const loxo_index *v = &m->halfedge_vertex[3 * f], *twin = &m->halfedge_twin[3 * f];
     const double d[3] = {distance[v[0]], distance[v[1]], distance[v[2]]};
     if (!(d[0] + d[1] + d[2] < HUGE_VAL)) return;
     loxo_vec3 p[3];
+    unsigned edges = 0;
     k_face_corners(m, f, p);
-    const loxo_vec3 edge[3] = {v3_sub(p[1], p[0]), v3_sub(p[2], p[1]), v3_sub(p[0], p[2])};
     for (int k = 0; k < 3; ++k) {
-        if (twin[k] >= 0 && twin[k] < 3 * f + k) continue;
-        const double rise = d[k == 2 ? 0 : k + 1] - d[k], square = rise * rise, limit = v3_dot(edge[k], edge[k]);
-        ++c->n;
-        if (square <= limit)
-            ++c->bin[0];
-        else
-            count_breach(c, limit > 0.0 ? sqrt(square / limit) - 1.0 : HUGE_VAL);
+        l->batch.x[k][l->n] = p[k].x;
+        l->batch.y[k][l->n] = p[k].y;
+        l->batch.z[k][l->n] = p[k].z;
+        l->batch.distance[k][l->n] = d[k];
+        edges |= twin[k] < 0 || twin[k] > 3 * f + k ? 1u << k : 0u;
     }
-    const bool is_source = d[0] == 0.0 && d[1] == 0.0 && d[2] == 0.0; /* between sources there is no direction */
-    const loxo_vec3 n = v3_cross(edge[0], edge[2]);
-    const loxo_vec3 w = v3_axpy(v3_scale(d[0] - d[1], edge[2]), d[0] - d[2], edge[0]);
-    const double nn = v3_dot(n, n), ww = v3_dot(w, w), area = 0.5 * sqrt(nn); /* |grad d|^2 = |w|^2 / |n|^2 */
-    sums[0] += area;
-    if ((!(ww > 0.81 * nn) || !(ww < 1.21 * nn)) && !is_source) sums[1] += area;
+    l->edges[l->n++] = (uint8_t)edges;
+}
+
+/* sums: area of reached faces, area where the gradient's length is off by over a tenth. */
+static void look(const k_variant *kernels, looks *l, breach_counts *c, double *sums)
+{
+    k_looks *b = &l->batch;
+    if (l->n == 0) return;
+    for (int k = 0; k < 3; ++k) /* what is not used is something */
+        for (int i = l->n; i < K_LOOKS; ++i)
+            b->x[k][i] = b->y[k][i] = b->z[k][i] = b->distance[k][i] = 0.0;
+    kernels->look(b);
+    for (int i = 0; i < l->n; ++i) {
+        sums[0] += b->area[i];
+        sums[1] += b->area_off[i];
+    }
+    int n_edges = 0, n_steep = 0;
+    for (int k = 0; k < 3; ++k)
+        for (int i = 0; i < l->n; ++i) {
+            const int is_counted = l->edges[i] >> k & 1;
+            n_edges += is_counted;
+            n_steep += is_counted & (b->rise_square[k][i] <= b->edge_square[k][i] ? 0 : 1);
+        }
+    c->n += n_edges;
+    c->bin[0] += n_edges - n_steep;
+    for (int k = 0; k < 3 && n_steep > 0; ++k)
+        for (int i = 0; i < l->n; ++i) {
+            const double square = b->rise_square[k][i], limit = b->edge_square[k][i];
+            if ((l->edges[i] >> k & 1) == 0 || square <= limit) continue;
+            count_breach(c, limit > 0.0 ? sqrt(square / limit) - 1.0 : HUGE_VAL);
+        }
+    l->n = 0;
 }
 
 typedef struct look_arg {
     const geodesic_problem *problem;
+    const k_variant *kernels;
     const double *distance;
     const loxo_index *vertex; /* NULL: all */
     breach_counts *counts;    /* one a thread: whole numbers, so it does not matter which thread counts what */
@@ -83,8 +112,14 @@ typedef struct look_arg {
 static void partial_look(int64_t begin, int64_t end, const void *arg, double *sums)
 {
     const look_arg *a = arg;
-    for (int64_t f = begin; f < end; ++f)
-        look_at_face(&a->problem->m, a->distance, f, &a->counts[loxo_thread_id()], sums);
+    breach_counts *counts = &a->counts[loxo_thread_id()];
+    looks l;
+    l.n = 0;
+    for (int64_t f = begin; f < end; ++f) {
+        add_face(&a->problem->m, a->distance, f, &l);
+        if (l.n == K_LOOKS) look(a->kernels, &l, counts, sums);
+    }
+    look(a->kernels, &l, counts, sums);
 }
 
 /* The same by vertices of the list: faces whose lowest it is. */
@@ -92,16 +127,21 @@ static void partial_look_around(int64_t begin, int64_t end, const void *arg, dou
 {
     const look_arg *a = arg;
     const loxo_mesh_view *m = &a->problem->m;
+    breach_counts *counts = &a->counts[loxo_thread_id()];
+    looks l;
+    l.n = 0;
     for (int64_t i = begin; i < end; ++i) {
         const loxo_index v = a->vertex[i], start = m->vertex_halfedge[v];
         for (loxo_index h = start; h >= 0;) {
             const loxo_index before = k_previous(h);
             if (m->halfedge_vertex[k_next(h)] > v && m->halfedge_vertex[before] > v)
-                look_at_face(m, a->distance, h / 3, &a->counts[loxo_thread_id()], sums);
+                add_face(m, a->distance, h / 3, &l);
+            if (l.n == K_LOOKS) look(a->kernels, &l, counts, sums);
             h = m->halfedge_twin[before];
             if (h == start) break;
         }
     }
+    look(a->kernels, &l, counts, sums);
 }
 
 /* sums: not a number, below zero by more than rounding. */
@@ -124,7 +164,7 @@ loxo_status geodesic_check(const geodesic_problem *problem, const double *distan
     const int64_t n_looks = vertices != NULL ? n : problem->m.n_faces;
     const int n_threads = loxo_context_n_threads(ctx);
     breach_counts total, *counts = loxo_allocate_zero(ctx, n_threads, sizeof *counts);
-    const look_arg arg = {problem, distance, vertices, counts};
+    const look_arg arg = {problem, k_variant_get(loxo_context_isa(ctx)), distance, vertices, counts};
     double sums[2] = {0.0, 0.0}, n_bad[2] = {0.0, 0.0};
     loxo_status status = LOXO_OK;
     if (counts == NULL) return LOXO_ERR_MEMORY;
