@@ -133,6 +133,29 @@ static inline loxo_soup shape_genus(loxo_context *ctx, int genus, int64_t n_vert
     return soup;
 }
 
+/* Every step-th face gets a vertex off the middle of its first edge by that share of its height: a cap. */
+static inline void shape_add_caps(loxo_context *ctx, loxo_soup *soup, int64_t step, double share)
+{
+    const int64_t n_caps = soup->n_faces / step;
+    loxo_soup capped = shape_empty(ctx, soup->n_vertices + n_caps, soup->n_faces + 2 * n_caps);
+    memcpy(capped.position, soup->position, (size_t)(3 * soup->n_vertices) * sizeof(double));
+    memcpy(capped.triangle, soup->triangle, (size_t)(3 * soup->n_faces) * sizeof(loxo_index));
+    for (int64_t i = 0; i < n_caps; ++i) {
+        loxo_index *t = capped.triangle + 3 * step * i, *more = capped.triangle + 3 * (soup->n_faces + 2 * i);
+        const loxo_index p = (loxo_index)(soup->n_vertices + i), v[3] = {t[0], t[1], t[2]};
+        const loxo_index two[6] = {v[1], v[2], p, v[2], v[0], p};
+        for (int c = 0; c < 3; ++c) {
+            const double *x = capped.position;
+            const double middle = 0.5 * (x[3 * v[0] + c] + x[3 * v[1] + c]);
+            capped.position[3 * (int64_t)p + c] = middle + share * (x[3 * v[2] + c] - middle);
+        }
+        t[2] = p;
+        memcpy(more, two, sizeof two);
+    }
+    loxo_soup_destroy(ctx, soup);
+    *soup = capped;
+}
+
 /* b behind a, in a; b is gone. */
 static inline void shape_append(loxo_context *ctx, loxo_soup *a, loxo_soup *b)
 {

@@ -132,7 +132,7 @@ typedef struct loxo_geodesic_info {
     int64_t n_bends;     /* times that a vertex at which shortest ways may bend sent windows out */
     /* heat, variational */
     int64_t n_poisson_steps; /* of conjugate gradients, all equations together */
-    double poisson_residual; /* of the last equation, relative */
+    double poisson_residual; /* of the last equation, relative; over 1e-8 with a warning */
     int64_t n_lost_heat;     /* vertices whose heat is below the range of doubles (factors only) */
     double
         error_estimate; /* fast: of the mean relative error (29) towards exact distances, on the high side; NaN: none is made */

@@ -180,6 +180,133 @@ loxo_status loxo_cholesky_solve(loxo_cholesky *c, const double *b, double *x)
     return LOXO_OK;
 }
 
+/* Neighbouring columns of L with the same rows below them: a supernode, or one column of a factor without these. Entry
+ * (row[r], first + c) is x[c n_rows + r]; the first n_columns rows are those of the columns. */
+typedef struct block {
+    int64_t first, n_columns, n_rows;
+    const SuiteSparse_long *row;
+    const double *x;
+} block;
+
+static block block_of(const cholmod_factor *f, int64_t column)
+{
+    const double *x = f->x;
+    if (!f->is_super) {
+        const SuiteSparse_long *begin = f->p, *row = f->i, *n_rows = f->nz;
+        return (block){column, 1, n_rows[column], row + begin[column], x + begin[column]};
+    }
+    const SuiteSparse_long *first = f->super, *row = f->s, *rows_at = f->pi, *x_at = f->px;
+    int64_t low = 0, high = (int64_t)f->nsuper; /* first[low] <= column < first[high] */
+    while (high - low > 1) {
+        const int64_t middle = low + (high - low) / 2;
+        if (first[middle] <= column)
+            low = middle;
+        else
+            high = middle;
+    }
+    return (block){first[low], first[low + 1] - first[low], rows_at[low + 1] - rows_at[low], row + rows_at[low],
+                   x + x_at[low]};
+}
+
+/* The first row below a block is that of its columns' parent in the elimination tree; -1: there is none. */
+static int64_t parent_of(const block *b) { return b->n_rows > b->n_columns ? b->row[b->n_columns] : -1; }
+
+static int64_t count_ancestors(const cholmod_factor *f, int64_t column)
+{
+    int64_t n = 0;
+    while (column >= 0) {
+        const block b = block_of(f, column);
+        n += b.n_columns;
+        column = parent_of(&b);
+    }
+    return n;
+}
+
+/* L^-1 e, e the unit vector of a column, or D^-1/2 L^-1 e where the factor is L D L^T: at most count_ancestors entries;
+ * returns how many. work: zeros, before and after. */
+static int64_t solve_unit(const cholmod_factor *f, int64_t column, double *work, loxo_index *at, double *value)
+{
+    int64_t n = 0;
+    work[column] = 1.0;
+    while (column >= 0) {
+        const block b = block_of(f, column);
+        for (int64_t c = 0; c < b.n_columns; ++c) {
+            const double *x = b.x + c * b.n_rows;
+            double own = work[b.first + c];
+            work[b.first + c] = 0.0;
+            if (own == 0.0) continue;
+            if (f->is_ll) own /= x[c];
+            for (int64_t r = c + 1; r < b.n_rows; ++r)
+                work[b.row[r]] -= x[r] * own;
+            at[n] = (loxo_index)(b.first + c);
+            value[n++] = f->is_ll ? own : own / sqrt(x[c]);
+        }
+        column = parent_of(&b);
+    }
+    return n;
+}
+
+/* What L^-1 makes of unit vectors: of number i the entries begin[i] .. end[i] - 1. */
+typedef struct units {
+    int64_t *begin, *end;
+    loxo_index *at;
+    double *value;
+} units;
+
+/* inverse_ij = (L^-1 e_i) . (L^-1 e_j) for low <= j <= i < high; returns where the next number goes. */
+static double *multiply_units(const units *u, int64_t low, int64_t high, double *work, double *inverse)
+{
+    for (int64_t i = low; i < high; ++i) {
+        for (int64_t k = u->begin[i]; k < u->end[i]; ++k)
+            work[u->at[k]] = u->value[k];
+        for (int64_t j = low; j <= i; ++j) {
+            double sum = 0.0;
+            for (int64_t k = u->begin[j]; k < u->end[j]; ++k)
+                sum += u->value[k] * work[u->at[k]];
+            *inverse++ = sum;
+        }
+        for (int64_t k = u->begin[i]; k < u->end[i]; ++k)
+            work[u->at[k]] = 0.0;
+    }
+    return inverse;
+}
+
+loxo_status loxo_cholesky_inverse(const loxo_cholesky *c, int64_t n_groups, const int64_t *begin,
+                                  const loxo_index *variable, double *inverse)
+{
+    loxo_context *ctx = c->ctx;
+    const SuiteSparse_long *order = c->factor->Perm;
+    const int64_t n = begin[n_groups];
+    loxo_status status = LOXO_ERR_MEMORY;
+    double *work = loxo_allocate_zero(ctx, c->n, sizeof *work);
+    loxo_index *position = loxo_allocate(ctx, c->n, sizeof *position);
+    units u = {.begin = loxo_allocate(ctx, n + 1, sizeof *u.begin), .end = loxo_allocate(ctx, n, sizeof *u.end)};
+    if (work == NULL || position == NULL || u.begin == NULL || u.end == NULL) goto done;
+    for (int64_t k = 0; k < c->n; ++k)
+        position[order != NULL ? order[k] : k] = (loxo_index)k;
+    u.begin[0] = 0;
+    for (int64_t i = 0; i < n; ++i)
+        u.begin[i + 1] = u.begin[i] + count_ancestors(c->factor, position[variable[i]]);
+    u.at = loxo_allocate(ctx, u.begin[n], sizeof *u.at);
+    u.value = loxo_allocate(ctx, u.begin[n], sizeof *u.value);
+    if (u.at == NULL || u.value == NULL) goto done;
+    for (int64_t i = 0; i < n; ++i) {
+        const int64_t to = u.begin[i];
+        u.end[i] = to + solve_unit(c->factor, position[variable[i]], work, u.at + to, u.value + to);
+    }
+    for (int64_t g = 0; g < n_groups; ++g)
+        inverse = multiply_units(&u, begin[g], begin[g + 1], work, inverse);
+    status = LOXO_OK;
+done:
+    loxo_release(ctx, work);
+    loxo_release(ctx, position);
+    loxo_release(ctx, u.begin);
+    loxo_release(ctx, u.end);
+    loxo_release(ctx, u.at);
+    loxo_release(ctx, u.value);
+    return status;
+}
+
 void loxo_cholesky_destroy(loxo_cholesky *c)
 {
     if (c == NULL) return;
@@ -217,6 +344,17 @@ loxo_status loxo_cholesky_solve(loxo_cholesky *cholesky, const double *b, double
     (void)cholesky;
     (void)b;
     (void)x;
+    return LOXO_ERR_UNSUPPORTED;
+}
+
+loxo_status loxo_cholesky_inverse(const loxo_cholesky *cholesky, int64_t n_groups, const int64_t *begin,
+                                  const loxo_index *variable, double *inverse)
+{
+    (void)cholesky;
+    (void)n_groups;
+    (void)begin;
+    (void)variable;
+    (void)inverse;
     return LOXO_ERR_UNSUPPORTED;
 }
 

@@ -34,6 +34,12 @@ loxo_status loxo_cholesky_create(loxo_context *ctx, const loxo_csr *matrix, loxo
 loxo_status loxo_cholesky_factor(loxo_cholesky *cholesky, const loxo_csr *matrix);
 /* x = A^-1 b; may be in place. Allocates some vectors. */
 loxo_status loxo_cholesky_solve(loxo_cholesky *cholesky, const double *b, double *x);
+/* Blocks of A^-1, one a group of variables: group g has n = begin[g + 1] - begin[g] of them, variable[begin[g]] and on. inverse
+ * out: of each group the rows of its block's lower triangle, n (n + 1) / 2 numbers. A unit vector meets only its ancestors
+ * in the elimination tree on its way through L, which costs little beside a solve, and n^2 / 2 products of such vectors.
+ * returns  LOXO_OK, LOXO_ERR_MEMORY; takes 12 bytes a row while it works, and as many an ancestor of each variable */
+loxo_status loxo_cholesky_inverse(const loxo_cholesky *cholesky, int64_t n_groups, const int64_t *begin,
+                                  const loxo_index *variable, double *inverse);
 void loxo_cholesky_destroy(loxo_cholesky *cholesky);
 
 #endif

@@ -62,6 +62,39 @@ TEST(agrees_with_conjugate_gradients)
     loxo_csr_destroy(test_context, &a);
 }
 
+/* Of a small matrix, which gets columns one by one, and of one with supernodes. */
+TEST(entries_of_the_inverse)
+{
+    static const int64_t sizes[] = {60, 40000};
+    needs_cholmod();
+    for (int k = 0; k < 2; ++k) {
+        double *mass;
+        NEEDS_IDS(6 * sizes[k]);
+        loxo_csr a = matrix_of_shape(test_context, LOXO_SHAPE_BUMPY, sizes[k], &mass);
+        loxo_csr_scale_shift(test_context, &a, 1.0, mass);
+        const int64_t n = a.n_rows;
+        const loxo_index variable[5] = {3, 0, (loxo_index)(n - 1), 17, 18};
+        const int64_t begin[3] = {0, 4, 5}; /* four together, and one */
+        double *x = zero_vector(test_context, n), inverse[11];
+        loxo_cholesky *c;
+        CHECK_OK(loxo_cholesky_create(test_context, &a, NULL, &c));
+        CHECK_OK(loxo_cholesky_factor(c, &a));
+        CHECK_OK(loxo_cholesky_inverse(c, 2, begin, variable, inverse));
+        const double *from = inverse;
+        for (int64_t i = 0; i < 5; ++i) {
+            memset(x, 0, (size_t)n * sizeof *x);
+            x[variable[i]] = 1.0;
+            CHECK_OK(loxo_cholesky_solve(c, x, x));
+            for (int64_t j = i < 4 ? 0 : 4; j <= i; ++j) /* rounding, of numbers up to 1 */
+                CHECK_NEAR(*from++, x[variable[j]], 1e-13);
+        }
+        loxo_cholesky_destroy(c);
+        loxo_release(test_context, x);
+        loxo_release(test_context, mass);
+        loxo_csr_destroy(test_context, &a);
+    }
+}
+
 TEST(what_is_not_definite_is_refused)
 {
     needs_cholmod();

@@ -130,24 +130,8 @@ TEST(threads_take_little_memory)
  * relaxed one by one they took 110. */
 TEST(caps_are_relaxed_together)
 {
-    loxo_soup sphere = soup_make(test_context, LOXO_SHAPE_ICOSPHERE, 2562, NAN);
-    const int64_t n_caps = sphere.n_faces / 40;
-    loxo_soup soup = shape_empty(test_context, sphere.n_vertices + n_caps, sphere.n_faces + 2 * n_caps);
-    memcpy(soup.position, sphere.position, (size_t)(3 * sphere.n_vertices) * sizeof(double));
-    memcpy(soup.triangle, sphere.triangle, (size_t)(3 * sphere.n_faces) * sizeof(loxo_index));
-    for (int64_t i = 0; i < n_caps; ++i) {
-        loxo_index *t = soup.triangle + 3 * 40 * i, *more = soup.triangle + 3 * (sphere.n_faces + 2 * i);
-        const loxo_index p = (loxo_index)(sphere.n_vertices + i), v[3] = {t[0], t[1], t[2]};
-        const loxo_index two[6] = {v[1], v[2], p, v[2], v[0], p};
-        for (int c = 0; c < 3; ++c) {
-            const double *x = soup.position;
-            const double middle = 0.5 * (x[3 * v[0] + c] + x[3 * v[1] + c]);
-            soup.position[3 * (int64_t)p + c] = middle + 1e-5 * (x[3 * v[2] + c] - middle);
-        }
-        t[2] = p;
-        memcpy(more, two, sizeof two);
-    }
-    loxo_soup_destroy(test_context, &sphere);
+    loxo_soup soup = soup_make(test_context, LOXO_SHAPE_ICOSPHERE, 2562, NAN);
+    shape_add_caps(test_context, &soup, 40, 1e-5);
     surface s = surface_from_soup(test_context, soup, LOXO_ORDER_AUTO);
     const loxo_mesh_view m = loxo_mesh_get_view(s.mesh);
     loxo_csr a;

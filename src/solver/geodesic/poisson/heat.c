@@ -18,16 +18,19 @@ static bool is_at_boundary(const loxo_mesh_view *m, int64_t v)
     return m->vertex_halfedge[v] >= 0 && m->halfedge_twin[m->vertex_halfedge[v]] < 0;
 }
 
-/* A + t C, factored; with heat 0 at the boundary when is_pinned. */
+/* A + t C in units of the mean edge's size, a power of two, factored; with heat 0 at the boundary when is_pinned. What is
+ * lost of the heat then does not depend on the unit of length. */
 static loxo_status factor_heat(poisson *p, bool is_pinned, loxo_cholesky **factor)
 {
     const int64_t n = p->m.n_vertices;
-    const double h = p->problem->mean_edge_length;
+    const double size = exp2((double)ilogb(p->problem->mean_edge_length)), h = p->problem->mean_edge_length / size;
     loxo_csr a = {0};
     bool *is_rim = NULL;
     double *mass = loxo_allocate(p->ctx, n, sizeof *mass);
     loxo_status status = mass == NULL ? LOXO_ERR_MEMORY : loxo_laplacian_create(p->ctx, &p->m, &a, mass);
     if (status < 0) goto done;
+    for (int64_t v = 0; v < n; ++v)
+        mass[v] = mass[v] / size / size;
     loxo_csr_scale_shift(p->ctx, &a, p->settings.time_factor * h * h, mass);
     if (is_pinned) {
         if ((is_rim = loxo_allocate(p->ctx, n, sizeof *is_rim)) == NULL) {

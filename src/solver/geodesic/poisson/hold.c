@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT
- * Vertices that Poisson equations hold at given values: where a component has several sources, all of these, at 0; for
- * factors, one vertex of each other component. */
+ * Vertices that Poisson equations hold at given values: where a component has several sources, all of these, at 0. Matrices
+ * of multigrid pin them. Factors pin one vertex of each component, its ground, and ties do the rest; where ties would cost
+ * as much as another factor, that is made, with the held vertices pinned. */
 #include "base/allocate.h"
 #include "kernel/unfold_kernel.h"
 #include "par/range.h"
@@ -8,7 +9,8 @@
 
 #include <string.h>
 
-static int64_t set_of(const poisson *p, int64_t v) { return p->label != NULL ? p->label[v] : 0; }
+/* Held vertices of a component up to which ties are cheaper than a factor. */
+#define MOST_TIED 150
 
 static int64_t vertex_of(const poisson *p, const geodesic_seed *seed)
 {
@@ -21,7 +23,7 @@ static void find_sets(poisson *p, const geodesic_seed *seeds, int64_t n_seeds)
     for (int64_t s = 0; s < p->n_sets; ++s)
         p->set_seed[s] = POISSON_NO_SEED;
     for (int64_t i = 0; i < n_seeds; ++i) {
-        const int64_t s = set_of(p, vertex_of(p, &seeds[i]));
+        const int64_t s = poisson_set_of(p, vertex_of(p, &seeds[i]));
         p->set_seed[s] = p->set_seed[s] == POISSON_NO_SEED ? POISSON_ONE_SEED : POISSON_HELD;
     }
 }
@@ -68,7 +70,7 @@ static void list_held(const poisson *p, const geodesic_seed *seeds, int64_t n_se
 {
     for (int64_t i = 0; i < n_seeds; ++i) {
         double length[3];
-        if (p->set_seed[set_of(p, vertex_of(p, &seeds[i]))] != POISSON_HELD) continue;
+        if (p->set_seed[poisson_set_of(p, vertex_of(p, &seeds[i]))] != POISSON_HELD) continue;
         if (seeds[i].vertex >= 0) {
             held->vertex[held->n] = seeds[i].vertex;
             held->value[held->n++] = 0.0;
@@ -81,14 +83,6 @@ static void list_held(const poisson *p, const geodesic_seed *seeds, int64_t n_se
             held->value[held->n++] = k_distance_to_corner(face, seeds[i].weight, k);
         }
     }
-    if (p->settings.factor != LOXO_FACTOR_CHOLESKY) return;
-    int64_t n_seen = 0;
-    for (int64_t v = 0; v < p->m.n_vertices && n_seen < p->n_sets; ++v) {
-        if (set_of(p, v) != n_seen) continue; /* sets count in the order of their first vertices */
-        if (p->set_seed[n_seen++] == POISSON_HELD) continue;
-        held->vertex[held->n] = (loxo_index)v;
-        held->value[held->n++] = 0.0;
-    }
 }
 
 static bool is_same(const poisson_held *a, const poisson_held *b)
@@ -96,26 +90,68 @@ static bool is_same(const poisson_held *a, const poisson_held *b)
     return a->n == b->n && (a->n == 0 || memcmp(a->vertex, b->vertex, (size_t)a->n * sizeof *a->vertex) == 0);
 }
 
+/* What the matrix or factor is to pin: the vertices held, unless they are tied; of factors, the grounds of the other
+ * components too. */
+static loxo_status list_pinned(poisson *p, bool is_tied, poisson_held *pinned)
+{
+    const bool has_grounds = p->settings.factor == LOXO_FACTOR_CHOLESKY;
+    const int64_t n_held = is_tied ? 0 : p->held.n;
+    int64_t k = 0;
+    *pinned = (poisson_held){0};
+    pinned->vertex = loxo_allocate(p->ctx, n_held + (has_grounds ? p->n_sets : 0), sizeof *pinned->vertex);
+    if (pinned->vertex == NULL) return LOXO_ERR_MEMORY;
+    for (int64_t s = 0; s < p->n_sets && has_grounds; ++s) {
+        if (!is_tied && p->set_seed[s] == POISSON_HELD) continue;
+        while (k < n_held && p->held.vertex[k] < p->ground[s])
+            pinned->vertex[pinned->n++] = p->held.vertex[k++];
+        pinned->vertex[pinned->n++] = p->ground[s];
+    }
+    while (k < n_held)
+        pinned->vertex[pinned->n++] = p->held.vertex[k++];
+    return LOXO_OK;
+}
+
+/* A factor that pins just these vertices serves as it is, with ties or without. */
+static loxo_status make_ready(poisson *p, bool is_tied)
+{
+    poisson_held pinned;
+    const loxo_status status = list_pinned(p, is_tied, &pinned);
+    if (status < 0) return status;
+    const bool is_ready = p->is_ready && is_same(&pinned, &p->pinned);
+    poisson_release_held(p, &p->pinned);
+    p->pinned = pinned;
+    return is_ready ? LOXO_OK : poisson_renew(p);
+}
+
+/* Whether held vertices are worth ties: not where the factor as it is pins them already. */
+static loxo_status choose_ties(poisson *p, bool *is_tied)
+{
+    poisson_held pinned;
+    *is_tied = p->settings.factor == LOXO_FACTOR_CHOLESKY && p->held.n > 0 && p->held.n <= MOST_TIED;
+    if (!*is_tied || !p->is_ready) return LOXO_OK;
+    const loxo_status status = list_pinned(p, false, &pinned);
+    if (status < 0) return status;
+    *is_tied = !is_same(&pinned, &p->pinned);
+    poisson_release_held(p, &pinned);
+    return LOXO_OK;
+}
+
 loxo_status poisson_hold(poisson *p, const geodesic_seed *seeds, int64_t n_seeds)
 {
-    poisson_held held = {0};
+    bool is_tied = false;
     find_sets(p, seeds, n_seeds);
-    const int64_t most = 3 * n_seeds + p->n_sets;
-    held.vertex = loxo_allocate(p->ctx, most, sizeof *held.vertex);
-    held.value = loxo_allocate(p->ctx, most, sizeof *held.value);
-    loxo_status status = held.vertex == NULL || held.value == NULL ? LOXO_ERR_MEMORY : LOXO_OK;
-    if (status >= 0) {
-        list_held(p, seeds, n_seeds, &held);
-        status = sort_held(p, &held);
-    }
-    if (status < 0) {
-        poisson_release_held(p, &held);
-        return status;
-    }
-    const bool is_ready = p->is_ready && is_same(&held, &p->held);
+    poisson_release_ties(p);
     poisson_release_held(p, &p->held);
-    p->held = held;
-    return is_ready ? LOXO_OK : poisson_renew(p);
+    p->held.vertex = loxo_allocate(p->ctx, 3 * n_seeds, sizeof *p->held.vertex);
+    p->held.value = loxo_allocate(p->ctx, 3 * n_seeds, sizeof *p->held.value);
+    if (p->held.vertex == NULL || p->held.value == NULL) return LOXO_ERR_MEMORY;
+    list_held(p, seeds, n_seeds, &p->held);
+    loxo_status status = sort_held(p, &p->held);
+    if (status >= 0) status = choose_ties(p, &is_tied);
+    if (status >= 0) status = make_ready(p, is_tied);
+    if (status < 0 || !is_tied) return status;
+    if ((status = poisson_tie(p, &is_tied)) < 0 || is_tied) return status;
+    return make_ready(p, false);
 }
 
 void poisson_take_held(poisson *p, double *distance)

@@ -30,7 +30,10 @@ static void poisson_destroy(void *state)
     loxo_release(ctx, p->label);
     loxo_release(ctx, p->set_shift);
     loxo_release(ctx, p->set_seed);
+    loxo_release(ctx, p->ground);
     poisson_release_held(p, &p->held);
+    poisson_release_held(p, &p->pinned);
+    poisson_release_ties(p);
     loxo_release(ctx, p->heat);
     loxo_release(ctx, p->heat_scale);
     loxo_release(ctx, p->own_field);
@@ -68,6 +71,10 @@ static loxo_status judge(const poisson *p, loxo_status status, const loxo_geodes
         loxo_warn(p->ctx, "geodesic-nonpositive", info->n_nonpositive_heat,
                   "the heat of %" PRId64 " vertices is not positive (obtuse triangles); distances near them suffer",
                   info->n_nonpositive_heat);
+    if (p->n_rounded > 0)
+        loxo_warn(p->ctx, "geodesic-rounding", p->n_rounded,
+                  "rounding ended the Poisson equation at a residual of %.1g, over %.0g (very flat triangles)",
+                  p->worst, POISSON_TOLERANCE);
     if (info->n_lost_heat > 0)
         return loxo_fail(p->ctx, LOXO_CHECK_FAILED,
                          "geodesic: the heat of %" PRId64
@@ -86,6 +93,8 @@ static loxo_status poisson_solve(void *state, const geodesic_seed *seeds, int64_
     poisson *p = state;
     const int64_t n = p->m.n_vertices;
     p->clock_s = loxo_os_clock_s();
+    p->n_rounded = 0;
+    p->worst = 0.0;
     info->stop_reason = LOXO_STOP_TOLERANCE;
     loxo_status status = poisson_hold(p, seeds, n_seeds);
     if (status >= 0) status = poisson_shift(p, seeds, n_seeds, NULL); /* which components have sources */

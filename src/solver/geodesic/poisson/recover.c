@@ -11,8 +11,9 @@
 #include <math.h>
 #include <string.h>
 
-#define TOLERANCE 1e-8
 #define MAX_STEPS 2000
+/* Rounding may end it before; up to here that is only worth a warning. */
+#define MOST_ROUNDED 1e-4
 
 static loxo_status make_matrix(poisson *p)
 {
@@ -22,13 +23,13 @@ static loxo_status make_matrix(poisson *p)
     return status;
 }
 
-static loxo_status pin_held(poisson *p)
+static loxo_status pin(poisson *p)
 {
-    if (p->held.n == 0) return LOXO_OK;
+    if (p->pinned.n == 0) return LOXO_OK;
     bool *is_pinned = loxo_allocate_zero(p->ctx, p->m.n_vertices, sizeof *is_pinned);
     if (is_pinned == NULL) return LOXO_ERR_MEMORY;
-    for (int64_t k = 0; k < p->held.n; ++k)
-        is_pinned[p->held.vertex[k]] = true;
+    for (int64_t k = 0; k < p->pinned.n; ++k)
+        is_pinned[p->pinned.vertex[k]] = true;
     p->is_whole = false;
     loxo_csr_pin(p->ctx, &p->matrix, is_pinned);
     loxo_release(p->ctx, is_pinned);
@@ -47,13 +48,18 @@ static loxo_status label_components(poisson *p)
     }
     p->set_shift = loxo_allocate(p->ctx, p->n_sets, sizeof *p->set_shift);
     p->set_seed = loxo_allocate(p->ctx, p->n_sets, sizeof *p->set_seed);
-    return p->set_shift == NULL || p->set_seed == NULL ? LOXO_ERR_MEMORY : LOXO_OK;
+    p->ground = loxo_allocate(p->ctx, p->n_sets, sizeof *p->ground);
+    if (p->set_shift == NULL || p->set_seed == NULL || p->ground == NULL) return LOXO_ERR_MEMORY;
+    int64_t n_seen = 0;
+    for (int64_t v = 0; v < n && n_seen < p->n_sets; ++v) /* sets count in the order of their first vertices */
+        if (p->label == NULL || p->label[v] == n_seen) p->ground[n_seen++] = (loxo_index)v;
+    return LOXO_OK;
 }
 
 /* From the matrix, which factors take the place of. */
 static loxo_status make_solver(poisson *p)
 {
-    loxo_status status = pin_held(p);
+    loxo_status status = pin(p);
     if (status < 0) return status;
     if (p->settings.factor == LOXO_FACTOR_MULTIGRID) {
         loxo_multigrid_info grid;
@@ -115,23 +121,28 @@ loxo_status poisson_solve_field(poisson *p, double *distance, loxo_geodesic_info
     loxo_status status;
     poisson_take_held(p, distance);
     find_divergence(p);
-    for (int64_t k = 0; k < p->held.n; ++k)
-        p->right_side[p->held.vertex[k]] = 0.0;
+    for (int64_t k = 0; k < p->pinned.n; ++k)
+        p->right_side[p->pinned.vertex[k]] = 0.0;
     if (p->cg == NULL) {
         status = loxo_cholesky_solve(p->poisson_factor, p->right_side, distance);
+        if (status >= 0 && p->ties.n_groups > 0) status = poisson_pull_ties(p, distance);
         poisson_put_held(p, distance);
         return status;
     }
     const loxo_preconditioner m = {loxo_multigrid_apply, p->multigrid};
-    const loxo_cg_settings settings = {.tolerance = TOLERANCE, .max_iterations = MAX_STEPS};
+    const loxo_cg_settings settings = {.tolerance = POISSON_TOLERANCE, .max_iterations = MAX_STEPS};
     loxo_cg_info cg;
     if ((status = loxo_cg_solve(p->cg, &m, &settings, p->right_side, distance, &cg)) < 0) return status;
     poisson_put_held(p, distance);
     info->n_poisson_steps += cg.n_iterations;
     info->poisson_residual = cg.residual;
     if (status == LOXO_STOPPED) return loxo_fail(p->ctx, LOXO_STOPPED, "geodesic: stopped during the Poisson equation");
-    /* Rounding ends it close to the tolerance where triangles are very flat: say so only when that matters. */
-    if (status != LOXO_OK && !(cg.residual <= 1e-4))
+    const bool is_by_rounding = cg.stop_reason != LOXO_CG_MAX_ITERATIONS && cg.residual <= MOST_ROUNDED;
+    if (status == LOXO_NOT_CONVERGED && is_by_rounding) {
+        ++p->n_rounded;
+        p->worst = fmax(p->worst, cg.residual);
+    }
+    if (status == LOXO_NOT_CONVERGED && !is_by_rounding)
         return loxo_fail(p->ctx, LOXO_NOT_CONVERGED,
                          "geodesic: the Poisson equation was solved to %.2g only, in %" PRId64 " steps", cg.residual,
                          cg.n_iterations);
@@ -140,7 +151,7 @@ loxo_status poisson_solve_field(poisson *p, double *distance, loxo_geodesic_info
 
 static void lower(const poisson *p, int64_t v, double value)
 {
-    double *shift = &p->set_shift[p->label != NULL ? p->label[v] : 0];
+    double *shift = &p->set_shift[poisson_set_of(p, v)];
     *shift = fmin(*shift, value);
 }
 
@@ -170,7 +181,7 @@ loxo_status poisson_shift(poisson *p, const geodesic_seed *seeds, int64_t n_seed
     {
         const loxo_range r = loxo_thread_range(p->m.n_vertices);
         for (int64_t v = r.begin; v < r.end; ++v) {
-            const double shift = p->set_shift[p->label != NULL ? p->label[v] : 0];
+            const double shift = p->set_shift[poisson_set_of(p, v)];
             distance[v] = shift < HUGE_VAL ? distance[v] - shift : HUGE_VAL;
             if (distance[v] > most) distance[v] = HUGE_VAL;
         }
