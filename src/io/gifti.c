@@ -32,9 +32,9 @@ typedef struct parsing {
     int depth;
     int64_t n_arrays, n_announced; /* n_announced: -1 when the file does not say */
     bool in_array, is_wanted, has_data;
-    bool in_labels;
-    int64_t label; /* -1: its key is none */
-    char *text;    /* where a name goes while one is read */
+    bool in_labels, has_label; /* has_label: its key is a number */
+    int64_t label;
+    char *text; /* where a name goes while one is read */
     size_t n_text;
     char key[64], value[64]; /* of metadata */
     loxo_gifti_array array;
@@ -72,11 +72,13 @@ static const char *attribute(const char **attributes, const char *key)
     return NULL;
 }
 
-static bool parse_count(const char *text, int64_t *value)
+static bool parse_number(const char *text, int64_t *value)
 {
     const char *at = text, *end = text == NULL ? NULL : text + strlen(text);
-    return text != NULL && loxo_scan_int64(&at, end, value) == LOXO_SCAN_OK && at == end && *value >= 0;
+    return text != NULL && loxo_scan_int64(&at, end, value) == LOXO_SCAN_OK && at == end;
 }
+
+static bool parse_count(const char *text, int64_t *value) { return parse_number(text, value) && *value >= 0; }
 
 static bool parse_dimensions(parsing *p, const char **attributes)
 {
@@ -354,7 +356,7 @@ static void XMLCALL on_start(void *user, const char *element, const char **attri
         p->in_labels = p->take_label != NULL && strcmp(element, "LabelTable") == 0;
     } else if (p->depth == 3 && p->in_labels && strcmp(element, "Label") == 0) {
         const char *key = attribute(attributes, "Key"); /* "Index" in early files */
-        if (!parse_count(key != NULL ? key : attribute(attributes, "Index"), &p->label)) p->label = -1;
+        p->has_label = parse_number(key != NULL ? key : attribute(attributes, "Index"), &p->label);
         p->text = p->value;
         p->n_text = 0;
         p->text[0] = '\0';
@@ -377,7 +379,7 @@ static void XMLCALL on_end(void *user, const char *element)
     if (p->status < 0) return;
     p->text = NULL;
     if (p->depth == 3 && p->in_labels && strcmp(element, "Label") == 0) {
-        if (p->label >= 0) p->take_label(p->user, p->label, p->value);
+        if (p->has_label) p->take_label(p->user, p->label, p->value);
     } else if (p->depth == 4 && p->in_array && p->is_wanted && strcmp(p->key, "Name") == 0) {
         copy_text(p->array.name, p->value);
         p->key[0] = '\0';

@@ -4,6 +4,7 @@
 #include "../shapes.h"
 #include "kernel/diffusion_kernel.h"
 #include "mesh/mesh_internal.h"
+#include "solver/geodesic/geodesic_internal.h"
 
 #include <loxo/geodesic.h>
 #include <loxo/io.h>
@@ -377,5 +378,33 @@ TEST(errors_against_exact_distances_do_not_grow)
         free(distance);
         loxo_mesh_destroy(mesh);
         loxo_mesh_destroy(surface);
+    }
+}
+
+/* A triangle rolled up: two of its sides are one edge, the third is the rim and joins a vertex to itself. The look at all faces and
+ * that by vertices see the same: one edge that is breached by 4, one that is not. */
+TEST(the_check_sees_faces_that_repeat_a_vertex)
+{
+    static const loxo_index vertices[2] = {0, 1}, vertex[2][3] = {{1, 0, 0}, {0, 1, 0}},
+                            twin[2][3] = {{2, -1, 0}, {1, 0, -1}};
+    static const loxo_index first[2][2] = {{1, 0}, {2, 1}};
+    static const double length[2][3] = {{1.0, 0.5, 1.0}, {1.0, 1.0, 0.5}}, distance[2] = {0.0, 5.0};
+    for (int turn = 0; turn < 2; ++turn) {
+        geodesic_problem problem = {.ctx = test_context,
+                                    .m = {.n_vertices = 2,
+                                          .n_faces = 1,
+                                          .halfedge_vertex = vertex[turn],
+                                          .halfedge_twin = twin[turn],
+                                          .vertex_halfedge = first[turn],
+                                          .halfedge_length = length[turn]},
+                                    .settings = loxo_geodesic_settings_default(),
+                                    .mean_edge_length = 1.0};
+        loxo_geodesic_info all = {0}, listed = {0};
+        CHECK_OK(geodesic_check(&problem, distance, NULL, 0, &all));
+        CHECK_OK(geodesic_check(&problem, distance, vertices, 2, &listed));
+        CHECK_EQUAL(all.breach_max, 4.0);
+        CHECK_EQUAL(listed.breach_max, 4.0);
+        CHECK_EQUAL(all.gradient_share, 1.0);
+        CHECK_EQUAL(listed.gradient_share, 1.0);
     }
 }

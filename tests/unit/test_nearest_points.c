@@ -45,6 +45,23 @@ TEST(nearest_in_triangles_without_area)
     CHECK_EQUAL(k_closest_in_triangle(p, a, a, a, w), 4.25);
 }
 
+/* The same weights in any unit, to the bit, of edges of 1e-40 and of 1: only the unit of the answer changes. */
+TEST(nearest_in_triangles_of_any_size)
+{
+    for (uint64_t i = 0; i < 200; ++i)
+        for (int k = -130; k <= 130; k += 65) {
+            const double size = i % 2 == 0 ? 1e-40 : 1.0, scale = ldexp(1.0, k);
+            const loxo_vec3 a = random_point(4 * i, size), b = random_point(4 * i + 1, size),
+                            c = random_point(4 * i + 2, size), p = random_point(4 * i + 3, 1.5 * size);
+            double w[3], scaled[3];
+            const double square = k_closest_in_triangle(p, a, b, c, w);
+            const double square_scaled = k_closest_in_triangle(v3_scale(scale, p), v3_scale(scale, a),
+                                                               v3_scale(scale, b), v3_scale(scale, c), scaled);
+            CHECK(memcmp(w, scaled, sizeof w) == 0);
+            CHECK_EQUAL(square_scaled, square * scale * scale);
+        }
+}
+
 static loxo_mesh *grid_mesh(loxo_soup *soup, int64_t n)
 {
     loxo_generate_settings settings = loxo_generate_settings_default();

@@ -116,7 +116,8 @@ TEST(bad_labels)
 #ifdef LOXO_WITH_EXPAT
 #define GIFTI(type, n, data)                                                                                           \
     "<?xml version=\"1.0\"?><GIFTI NumberOfDataArrays=\"1\"><LabelTable><Label Key=\"0\">none</Label>\n"               \
-    "<Label Key=\"3\" Red=\"1\"> V1 </Label><Label Index=\"7\"><![CDATA[V2: & more]]></Label></LabelTable>\n"          \
+    "<Label Key=\"3\" Red=\"1\"> V1 </Label><Label Index=\"7\"><![CDATA[V2: & more]]></Label>\n"                       \
+    "<Label Key=\"-7\">below</Label><Label Key=\"x\">nothing</Label></LabelTable>"                                     \
     "<DataArray Intent=\"NIFTI_INTENT_LABEL\" DataType=\"NIFTI_TYPE_" type "\" Dimensionality=\"1\" Dim0=\"" n         \
     "\" Encoding=\"ASCII\"><Data>" data "</Data></DataArray></GIFTI>"
 
@@ -131,9 +132,11 @@ TEST(gifti_regions)
     check_read(read_named(BYTES(labels), "a.label.gii", "-7"), "9");
     check_read(read_named(BYTES(labels), "a.label.gii", "V1"), "1 2 11");
     check_read(read_named(BYTES(labels), "a.label.gii", "V2: & more"), "4");
+    check_read(read_named(BYTES(labels), "a.label.gii", "below"), "9");
     check_read(read_named(BYTES(shape), "a.shape.gii", NULL), "1 6 11");
     check_read(read_named(BYTES(shape), "a.shape.gii", "2.5"), "11");
     check_fails(read_named(BYTES(labels), "a.gii", "V3"), LOXO_ERR_MALFORMED, 0, "there is no label called 'V3'");
+    check_fails(read_named(BYTES(labels), "a.gii", "nothing"), LOXO_ERR_MALFORMED, 0, "there is no label called");
     check_fails(read_named(BYTES(labels), "a.gii", "5"), LOXO_ERR_MALFORMED, 0, "no vertex has the key '5'");
     check_fails(read_named(BYTES(few), "a.gii", NULL), LOXO_ERR_MALFORMED, 3, "2 values for 12 vertices");
     check_fails(read_named(BYTES(other), "a.gii", NULL), LOXO_ERR_MALFORMED, 0, "without an array of one number");

@@ -122,7 +122,16 @@ static void partial_look(int64_t begin, int64_t end, const void *arg, double *su
     look(a->kernels, &l, counts, sums);
 }
 
-/* The same by vertices of the list: faces whose lowest it is. */
+/* Whether corner k is the one by which a face is looked at: its lowest vertex, of a vertex that it has more than once the first
+ * corner. */
+static inline bool is_lowest(const loxo_index *corner, int k)
+{
+    for (int j = 0; j < 3; ++j)
+        if (corner[j] < corner[k] || (corner[j] == corner[k] && j < k)) return false;
+    return true;
+}
+
+/* The same by vertices of the list. */
 static void partial_look_around(int64_t begin, int64_t end, const void *arg, double *sums)
 {
     const look_arg *a = arg;
@@ -131,13 +140,11 @@ static void partial_look_around(int64_t begin, int64_t end, const void *arg, dou
     looks l;
     l.n = 0;
     for (int64_t i = begin; i < end; ++i) {
-        const loxo_index v = a->vertex[i], start = m->vertex_halfedge[v];
+        const loxo_index start = m->vertex_halfedge[a->vertex[i]];
         for (loxo_index h = start; h >= 0;) {
-            const loxo_index before = k_previous(h);
-            if (m->halfedge_vertex[k_next(h)] > v && m->halfedge_vertex[before] > v)
-                add_face(m, a->distance, h / 3, &l);
+            if (is_lowest(&m->halfedge_vertex[h - h % 3], (int)(h % 3))) add_face(m, a->distance, h / 3, &l);
             if (l.n == K_LOOKS) look(a->kernels, &l, counts, sums);
-            h = m->halfedge_twin[before];
+            h = m->halfedge_twin[k_previous(h)];
             if (h == start) break;
         }
     }
