@@ -30,14 +30,22 @@ static inline k_spot spot_beside(k_spot a, k_spot b, double length, double along
     return (k_spot){a.x + along * ux - left * uy, a.y + along * uy + left * ux};
 }
 
-/* Where the segment from p to q crosses that from a to b, as a share of the latter when it does; of one without length, or
- * along the latter, where p is. */
-static inline double spot_crossing(k_spot p, k_spot q, k_spot a, k_spot b)
+/* Where the straight way from p to q goes through a gate from a, on its right, to b, on its left; as a share, 0 to 1. An end that
+ * rounding puts on the wrong side is where the way touches. Of a gate that lies almost along the way any place may come out: it is
+ * kept between `along`, how far the way has come in units of |q - p|, squared, and q. along then tells of this place. */
+static inline double spot_gate(k_spot p, k_spot q, k_spot a, k_spot b, double *along)
 {
-    const k_spot pq = spot_sub(q, p), ab = spot_sub(b, a);
-    const double from = spot_cross(pq, spot_sub(a, p)), to = spot_cross(pq, spot_sub(b, p)), square = spot_dot(ab, ab);
-    if (from != to) return from / (from - to);
-    return square > 0.0 ? spot_dot(spot_sub(p, a), ab) / square : 0.0;
+    const k_spot way = spot_sub(q, p), to_a = spot_sub(a, p), to_b = spot_sub(b, p);
+    const double right = spot_cross(way, to_a), left = spot_cross(way, to_b), most = spot_dot(way, way);
+    const double from = spot_dot(way, to_a), step = spot_dot(way, to_b) - from;
+    double t = left > 0.0 ? 0.0 : right < 0.0 || step < 0.0 ? 1.0 : 0.0;
+    if (right < 0.0 && left > 0.0) t = right / (right - left);
+    if (fabs(step) > left - right) {
+        const double at = fmin(fmax(from + t * step, *along), most);
+        t = fmin(fmax((at - from) / step, 0.0), 1.0);
+    }
+    *along = fmax(*along, from + t * step);
+    return t;
 }
 
 #endif

@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: MIT
  * Ways back to the sources: straight on planes, as long as the distance, always arriving. */
 #include "../shapes.h"
+#include "base/rng.h"
+#include "mesh/lines/descent.h"
 #include "surfaces.h"
 
 #include <loxo/geodesic.h>
@@ -228,6 +230,50 @@ TEST(ways_down_nonsense)
             loxo_polylines_destroy(test_context, &lines);
         }
     }
+    loxo_release(test_context, field);
+    surface_destroy(&s);
+}
+
+/* The value of a place: of an edge the interpolation, which is between both ends also when rounded. */
+static double value_of(const loxo_mesh_view *m, const double *field, const line_place *p)
+{
+    if (p->vertex >= 0) return field[p->vertex];
+    const double a = field[m->halfedge_vertex[p->halfedge]], b = field[k_head(m, p->halfedge)];
+    return fmin(fmax(a + p->t * (b - a), fmin(a, b)), fmax(a, b));
+}
+
+/* On fields that differ by units in the last place, rounding would lead up: every step from an edge ends no higher, and from a
+ * vertex lower; but along edges out of low points. */
+TEST(ways_go_down)
+{
+    surface s = surface_make(test_context, LOXO_SHAPE_NOISY, 300, 0.3);
+    const loxo_mesh_view m = loxo_mesh_get_view(s.mesh);
+    const line_goal goal = {.vertex = 7, .face = (loxo_index)(m.vertex_halfedge[7] / 3)};
+    double *field = surface_numbers(&s);
+    int64_t n_steps = 0;
+    for (uint64_t seed = 0; seed < 60; ++seed) {
+        line_descent *descent = NULL;
+        line_way way = {.ctx = test_context};
+        for (int64_t v = 0; v < m.n_vertices; ++v)
+            field[v] = 1.0 + floor(6.0 * loxo_random_unit(seed, (uint64_t)v)) * (seed % 2 == 0 ? 0x1p-52 : 0x1p-51);
+        CHECK_OK(line_descent_begin(test_context, &m, field, &goal, 1, &descent));
+        for (loxo_index v = 0; v < m.n_vertices; ++v) {
+            line_goal from = {.vertex = v, .face = (loxo_index)(m.vertex_halfedge[v] / 3)};
+            if (v % 2 == 1) from = (line_goal){.vertex = -1, .face = from.face, .weight = {0.3, 0.3, 0.4}};
+            CHECK_OK(line_descend(descent, &from, &way));
+            for (int64_t i = 1; i + 1 < way.n; ++i) {
+                const line_place *now = &way.place[i - 1], *next = &way.place[i];
+                if (now->face >= 0 || (now->vertex >= 0 && next->vertex >= 0)) continue;
+                const double before = value_of(&m, field, now), after = value_of(&m, field, next);
+                CHECK(next->vertex >= 0 ? after <= before : after < before);
+                ++n_steps;
+            }
+        }
+        line_descent_end(descent);
+        line_way_destroy(&way);
+    }
+    print_message("%lld steps\n", (long long)n_steps);
+    CHECK(n_steps > 1000);
     loxo_release(test_context, field);
     surface_destroy(&s);
 }

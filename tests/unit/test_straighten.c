@@ -2,6 +2,7 @@
  * Ways drawn tight: whatever they were, what comes out is straight on every edge and has pi or more on both sides of every
  * vertex that it passes. */
 #include "../shapes.h"
+#include "../solver/stopper.h"
 #include "../solver/surfaces.h"
 #include "base/rng.h"
 #include "mesh/lines/straighten.h"
@@ -196,6 +197,55 @@ TEST(on_faces_without_area)
     for (int64_t i = 0; i < 3 * lattice.n_vertices; ++i)
         lattice.position[i] = round(4.0 * lattice.position[i]) / 4.0;
     check_walks(lattice, 200, 60, false);
+}
+
+/* There ways turn to and fro without becoming shorter. That ends after some rounds, not after four for each face: the monitor is
+ * asked in one round of 64. */
+TEST(nothing_falls_where_edges_have_no_length)
+{
+    loxo_soup lattice = soup_make(test_context, LOXO_SHAPE_NOISY, 300, 0.3);
+    for (int64_t i = 0; i < 3 * lattice.n_vertices; ++i)
+        lattice.position[i] = round(2.0 * lattice.position[i]) / 2.0;
+    surface s = surface_from_soup(test_context, lattice, LOXO_ORDER_GIVEN);
+    const loxo_mesh_view m = loxo_mesh_get_view(s.mesh);
+    line_way way = {.ctx = test_context};
+    line_straightener straightener;
+    stopper asked;
+    stopper_begin(&asked, test_context, -1);
+    line_straightener_begin(test_context, &m, &straightener);
+    for (int i = 0; i < 20; ++i) {
+        walker w = {.m = &m, .seed = (uint64_t)i};
+        walk(&w, 1500, &way);
+        (void)check_way(&straightener, &way, false);
+    }
+    line_straightener_end(&straightener);
+    stopper_end(&asked);
+    print_message("asked %d times\n", asked.n_calls);
+    CHECK(asked.n_calls < 40);
+    line_way_destroy(&way);
+    surface_destroy(&s);
+}
+
+/* A way along the x axis. Both ends of a gate on one side of it by rounding: the one nearer to the way is where it touches. Gates
+ * on the way: never back, never beyond its end. */
+TEST(gates_along_the_way)
+{
+    static const k_spot p = {0.0, 0.0}, q = {1.0, 0.0};
+    double along = 0.0;
+    CHECK_EQUAL(spot_gate(p, q, (k_spot){0.25, -1.0}, (k_spot){0.25, 3.0}, &along), 0.25);
+    CHECK_EQUAL(along, 0.25);
+    CHECK_EQUAL(spot_gate(p, q, (k_spot){0.3, 1e-17}, (k_spot){0.6, 0.5e-17}, &along), 0.0); /* both left of it */
+    along = 0.25;
+    CHECK_EQUAL(spot_gate(p, q, (k_spot){0.3, -0.5e-17}, (k_spot){0.6, -1e-17}, &along), 1.0); /* both right of it */
+    along = 0.25;
+    CHECK_EQUAL(spot_gate(p, q, (k_spot){0.3, 0.0}, (k_spot){0.6, 0.0}, &along), 0.0);
+    CHECK_EQUAL(along, 0.3);
+    CHECK_NEAR(spot_gate(p, q, (k_spot){0.6, 0.0}, (k_spot){0.2, 0.0}, &along), 0.75, 1e-15); /* not back to 0.2 */
+    CHECK_NEAR(spot_gate(p, q, (k_spot){0.1, -1e-17}, (k_spot){0.9, 1e-15}, &along), 0.25, 1e-15);
+    along = 0.3;
+    CHECK_NEAR(spot_gate(p, q, (k_spot){0.9, -1e-15}, (k_spot){1.3, 1e-17}, &along), 0.25, 1e-15); /* not beyond q */
+    CHECK_EQUAL(spot_gate(p, q, (k_spot){0.5, 0.0}, (k_spot){0.5, 0.0}, &along), 0.0);
+    CHECK_EQUAL(spot_gate(p, p, (k_spot){0.5, -1.0}, (k_spot){0.5, 1.0}, &along), 0.0);
 }
 
 /* From a corner of the unit cube to the opposite one by three edges: over two faces it is sqrt(5). */

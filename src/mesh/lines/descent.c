@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
  * Ways down a field that is linear on every face: against the gradient from edge to edge, along an edge that both sides
  * push against, from a vertex into the face or along the edge where it goes down fastest. Every step ends lower than it
- * began, so no way comes back to where it was. A face that holds a goal about as far off as the field says is left for it
+ * began, or as low at a vertex when it did not begin at one, so no way comes back to where it was. A face that holds a goal about as far off as the field says is left for it
  * on a straight line. Where nothing goes down (the field is only nearly a distance), the nearest vertex that is lower, by
  * edges, is gone to; and a way that takes more steps than any sensible one goes by edges from there on. */
 #include "mesh/lines/descent.h"
@@ -179,6 +179,9 @@ static place at_vertex(const line_descent *d, loxo_index v)
     return (place){.vertex = v, .halfedge = -1, .face = NO_FACE, .value = d->distance[v]};
 }
 
+/* Between the values of both ends, also when rounded: neither end is ever below what lies between. */
+static double between(double a, double b, double t) { return fmin(fmax(a + t * (b - a), fmin(a, b)), fmax(a, b)); }
+
 /* On half-edge h; at the ends, or next to a lower one, its vertex. value: of the place before. */
 static place on_edge(const line_descent *d, loxo_index h, double t, double value)
 {
@@ -186,7 +189,7 @@ static place on_edge(const line_descent *d, loxo_index h, double t, double value
     const double a = d->distance[from], b = d->distance[to];
     if (t <= 0.0 || (t < SNAP && a < value)) return at_vertex(d, from);
     if (t >= 1.0 || (t > 1.0 - SNAP && b < value)) return at_vertex(d, to);
-    return (place){.vertex = -1, .halfedge = h, .face = NO_FACE, .t = t, .value = a + t * (b - a)};
+    return (place){.vertex = -1, .halfedge = h, .face = NO_FACE, .t = t, .value = between(a, b, t)};
 }
 
 /* From p in face f against the gradient to the rim, by the edges whose bit is in `edges`; false: it meets none. */
@@ -453,12 +456,16 @@ static loxo_status add_goal(const line_descent *d, line_way *way, const held_goa
 static place place_of(const line_descent *d, const line_goal *from)
 {
     place now = {.vertex = from->vertex, .halfedge = -1, .face = from->face};
+    double lowest = HUGE_VAL;
     if (from->vertex >= 0) return at_vertex(d, from->vertex);
     for (int k = 0; k < 3; ++k) {
         const loxo_index v = d->m->halfedge_vertex[(int64_t)3 * from->face + k];
         now.weight[k] = from->weight[k];
-        if (from->weight[k] > 0.0) now.value += from->weight[k] * d->distance[v];
+        if (!(from->weight[k] > 0.0)) continue;
+        now.value += from->weight[k] * d->distance[v];
+        lowest = fmin(lowest, d->distance[v]);
     }
+    now.value = fmax(now.value, lowest);
     for (int k = 0; k < 3; ++k)
         if (from->weight[k == 0 ? 2 : k - 1] == 0.0) {
             now.halfedge = (loxo_index)((int64_t)3 * from->face + k);
@@ -467,6 +474,18 @@ static place place_of(const line_descent *d, const line_goal *from)
             break;
         }
     return now;
+}
+
+/* Lower, or as low and at a vertex, from which only lower ones are gone to. */
+static bool is_down(const place *now, const place *next)
+{
+    return next->value < now->value || (!(next->value > now->value) && next->vertex >= 0 && now->vertex < 0);
+}
+
+/* The lowest vertex of the edge or face of a place, which is not above it; of a vertex itself. */
+static place lowest_at(const line_descent *d, const place *now)
+{
+    return now->vertex >= 0 ? *now : now->halfedge >= 0 ? lower_end(d, now->halfedge) : lowest_corner(d, now->face);
 }
 
 loxo_status line_descend(line_descent *d, const line_goal *from, line_way *way)
@@ -487,10 +506,10 @@ loxo_status line_descend(line_descent *d, const line_goal *from, line_way *way)
                      : now.halfedge >= 0 ? step_on_edge(d, &now)
                                          : step_in_face(d, &now);
         if (by_edges && next.vertex < 0) next = lower_end(d, next.halfedge);
+        if (!is_down(&now, &next)) next = lowest_at(d, &now);
         const bool is_stuck = next.vertex >= 0 && next.vertex == now.vertex;
         if (is_stuck && find_goal(d, &now, HUGE_VAL, &goal)) return add_goal(d, way, &goal);
         is_any_good = is_stuck;
-        if (!is_stuck && !(next.value < now.value) && next.vertex < 0) next = lower_end(d, next.halfedge);
         now = next;
         status = is_stuck ? go_lower(d, &now, way) : add_place(way, &now);
     }

@@ -26,6 +26,8 @@
 #define SNAP 1e-10
 /* What comes out may be longer than what went in by rounding only. */
 #define NO_LONGER 1e-9
+/* So many rounds without a shorter way or fewer faces are the end: where edges have no length, turns need not make it shorter. */
+#define MOST_IDLE 16
 /* Another geodesic is gone over to where it is shorter by more, relative; so many times at most. */
 #define LEAST_GAIN 1e-13
 #define MOST_TRIES 32
@@ -278,12 +280,20 @@ static loxo_status turn_over(line_straightener *s, int64_t *n_turns)
 static loxo_status tighten(line_straightener *s)
 {
     const int64_t most_rounds = 4 * s->sleeve.n + 64;
+    int64_t fewest = INT64_MAX, n_idle = 0;
+    double least = HUGE_VAL;
     for (int64_t round = 0;; ++round) {
         int64_t n_turns = 0;
         loxo_status status = reserve(s, s->sleeve.n);
         if (status < 0) return status;
         pull(s);
-        if (round == most_rounds) return LOXO_OK;
+        const bool is_shorter = s->length < least, is_as_long = !(s->length > least);
+        n_idle = is_shorter || (is_as_long && s->sleeve.n < fewest) ? 0 : n_idle + 1;
+        if (round == most_rounds || n_idle == MOST_IDLE) return LOXO_OK;
+        if (n_idle == 0) {
+            least = s->length;
+            fewest = s->sleeve.n;
+        }
         if ((status = turn_over(s, &n_turns)) < 0 || n_turns == 0) return status;
         take_next(s);
         if (round % 64 == 63 && loxo_stop_wanted(s->ctx, "straighten", 0.0))
@@ -396,9 +406,10 @@ static loxo_status build(const line_straightener *s, line_builder *builder)
     int64_t gate = 0;
     for (int64_t i = 1; i < s->n_path && status >= 0; ++i) {
         const line_node *from = &s->node[s->path[i - 1]], *to = &s->node[s->path[i]];
+        double along = 0.0;
         for (; gate < to->first && status >= 0; ++gate) {
             const loxo_index h = sleeve->gate[gate];
-            double t = spot_crossing(from->at, to->at, s->node[s->right[gate]].at, s->node[s->left[gate]].at);
+            double t = spot_gate(from->at, to->at, s->node[s->right[gate]].at, s->node[s->left[gate]].at, &along);
             if (!(t >= SNAP)) t = 0.0;
             if (t > 1.0 - SNAP) t = 1.0;
             status = line_add_on_edge(builder, s->m->halfedge_vertex[h], k_head(s->m, h), t);
