@@ -198,6 +198,22 @@ static inline uint64_t test_hash(const void *bytes, size_t n)
     return hash;
 }
 
+/* The ladder of threads: what hash tells of a call on 1 thread it tells of the same call on 2, 3 and 7, and leaves nothing allocated. */
+static inline void test_same_for_any_threads(uint64_t (*hash)(loxo_context *ctx, const void *arg), const void *arg)
+{
+    static const int ladder[] = {1, 2, 3, 7};
+    uint64_t first = 0;
+    for (int i = 0; i < 4; ++i) {
+        loxo_context *ctx = test_context_with_threads(ladder[i]);
+        const uint64_t now = hash(ctx, arg);
+        if (i == 0) first = now;
+        if (now != first) print_error("with %d threads:\n", ladder[i]);
+        CHECK(now == first);
+        CHECK_EQUAL(loxo_context_memory(ctx).current_bytes, 0);
+        loxo_context_destroy(ctx);
+    }
+}
+
 /* Path of a file that stands beside the project, in $LOXO_SHARED; NULL when it is not there. Valid for four calls. */
 static inline const char *test_shared(const char *name)
 {

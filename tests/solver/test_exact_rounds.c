@@ -45,10 +45,17 @@ static void points_of(const loxo_soup *soup, int64_t n, loxo_surface_point *poin
     }
 }
 
-/* Distances, nearest sources, ways and numbers of a solve on so many threads. */
-static uint64_t hash_with(const loxo_soup *soup, int64_t n_points, double limit, int n_threads)
+typedef struct hashed {
+    const loxo_soup *soup;
+    int64_t n_points;
+    double limit;
+} hashed;
+
+/* Distances, nearest sources, ways and numbers of a solve. */
+static uint64_t hash_on(loxo_context *ctx, const void *arg)
 {
-    loxo_context *ctx = test_context_with_threads(n_threads);
+    const hashed *what = arg;
+    const loxo_soup *soup = what->soup;
     loxo_soup copy = *soup;
     surface s = {.ctx = ctx, .arrays = loxo_soup_arrays(&copy), .soup = copy};
     loxo_geodesic_settings settings = exact_settings();
@@ -58,17 +65,17 @@ static uint64_t hash_with(const loxo_soup *soup, int64_t n_points, double limit,
     loxo_polylines lines;
     loxo_index *nearest = loxo_allocate(ctx, soup->n_vertices, sizeof *nearest);
     double *distance = surface_numbers(&s);
-    settings.max_distance = limit;
+    settings.max_distance = what->limit;
     points_of(soup, 8, points);
     CHECK_STATUS(ctx, loxo_mesh_create(ctx, &s.arrays, LOXO_BORROW, NULL, NULL, &s.mesh), LOXO_OK);
     CHECK_STATUS(ctx, loxo_geodesic_create(ctx, s.mesh, &settings, &g), LOXO_OK);
-    CHECK_STATUS(ctx, loxo_geodesic_solve_points(g, points, n_points, distance, &info), LOXO_OK);
+    CHECK_STATUS(ctx, loxo_geodesic_solve_points(g, points, what->n_points, distance, &info), LOXO_OK);
     CHECK_STATUS(ctx, loxo_geodesic_nearest(g, nearest), LOXO_OK);
     uint64_t hash = test_hash(distance, (size_t)soup->n_vertices * sizeof *distance) ^
                     test_hash(nearest, (size_t)soup->n_vertices * sizeof *nearest);
     const int64_t number[5] = {info.n_evaluations, info.n_bends, info.max_windows, info.n_iterations, info.n_unreached};
     hash ^= test_hash(number, sizeof number);
-    if (limit == HUGE_VAL) {
+    if (what->limit == HUGE_VAL) {
         CHECK_STATUS(ctx, loxo_geodesic_paths(g, points, 3, &lines), LOXO_OK);
         hash ^= test_hash(lines.position, (size_t)(3 * lines.line_begin[3]) * sizeof(double));
         loxo_polylines_destroy(ctx, &lines);
@@ -77,20 +84,13 @@ static uint64_t hash_with(const loxo_soup *soup, int64_t n_points, double limit,
     loxo_mesh_destroy(s.mesh);
     loxo_release(ctx, distance);
     loxo_release(ctx, nearest);
-    loxo_context_destroy(ctx);
     return hash;
 }
 
 static void check_threads(loxo_soup soup)
 {
-    for (int part = 0; part < 3; ++part) {
-        const int64_t n_points = part == 0 ? 1 : 5;
-        const double limit = part == 2 ? 0.3 : HUGE_VAL;
-        const uint64_t hash = hash_with(&soup, n_points, limit, 1);
-        CHECK(hash_with(&soup, n_points, limit, 2) == hash);
-        CHECK(hash_with(&soup, n_points, limit, 3) == hash);
-        CHECK(hash_with(&soup, n_points, limit, 7) == hash);
-    }
+    for (int part = 0; part < 3; ++part)
+        test_same_for_any_threads(hash_on, &(hashed){&soup, part == 0 ? 1 : 5, part == 2 ? 0.3 : HUGE_VAL});
     loxo_soup_destroy(test_context, &soup);
 }
 

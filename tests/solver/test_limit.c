@@ -94,9 +94,9 @@ TEST(work_grows_with_the_ball)
     surface_destroy(&s);
 }
 
-static uint64_t hash_with(const loxo_soup *soup, int n_threads)
+static uint64_t hash_on(loxo_context *ctx, const void *arg)
 {
-    loxo_context *ctx = test_context_with_threads(n_threads);
+    const loxo_soup *soup = arg;
     loxo_soup copy = *soup;
     surface s = {.ctx = ctx, .soup = copy, .arrays = loxo_soup_arrays(&copy)};
     loxo_geodesic_settings settings = unjudged_settings(LOXO_GEODESIC_FACE);
@@ -115,7 +115,6 @@ static uint64_t hash_with(const loxo_soup *soup, int n_threads)
     loxo_release(ctx, nearest);
     loxo_geodesic_destroy(g);
     loxo_mesh_destroy(s.mesh);
-    loxo_context_destroy(ctx);
     return hash;
 }
 
@@ -123,10 +122,7 @@ TEST(same_bits_for_any_number_of_threads)
 {
     NEEDS_IDS(6 * 20000);
     loxo_soup soup = soup_make(test_context, LOXO_SHAPE_NOISY, 20000, NAN);
-    const uint64_t hash = hash_with(&soup, 1);
-    CHECK(hash_with(&soup, 2) == hash);
-    CHECK(hash_with(&soup, 3) == hash);
-    CHECK(hash_with(&soup, 7) == hash);
+    test_same_for_any_threads(hash_on, &soup);
     loxo_soup_destroy(test_context, &soup);
 }
 

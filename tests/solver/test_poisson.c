@@ -524,24 +524,23 @@ TEST(each_allocation_may_fail)
     surface_destroy(&call.s);
 }
 
+static uint64_t hash_on(loxo_context *ctx, const void *soup)
+{
+    surface s = surface_from_soup(ctx, shape_copy(ctx, soup), LOXO_ORDER_AUTO);
+    const loxo_geodesic_settings settings = settings_of(LOXO_GEODESIC_VARIATIONAL, LOXO_FACTOR_MULTIGRID);
+    double *d = surface_numbers(&s);
+    const loxo_index sources[2] = {9, 4000};
+    solve(&s, &settings, sources, 2, d, LOXO_OK);
+    const uint64_t hash = test_hash(d, (size_t)s.soup.n_vertices * sizeof *d);
+    loxo_release(ctx, d);
+    surface_destroy(&s);
+    return hash;
+}
+
 TEST(any_number_of_threads_gives_the_same_bits)
 {
-    static const int ladder[] = {1, 2, 3, 7};
-    uint64_t hash[4];
     NEEDS_IDS(60000 * 3);
     loxo_soup soup = soup_make(test_context, LOXO_SHAPE_BUMPY, 20000, NAN);
-    for (int k = 0; k < 4; ++k) {
-        loxo_context *ctx = test_context_with_threads(ladder[k]);
-        surface s = surface_from_soup(ctx, shape_copy(ctx, &soup), LOXO_ORDER_AUTO);
-        const loxo_geodesic_settings settings = settings_of(LOXO_GEODESIC_VARIATIONAL, LOXO_FACTOR_MULTIGRID);
-        double *d = surface_numbers(&s);
-        const loxo_index sources[2] = {9, 4000};
-        solve(&s, &settings, sources, 2, d, LOXO_OK);
-        hash[k] = test_hash(d, (size_t)s.soup.n_vertices * sizeof *d);
-        loxo_release(ctx, d);
-        surface_destroy(&s);
-        loxo_context_destroy(ctx);
-        CHECK(hash[k] == hash[0]);
-    }
+    test_same_for_any_threads(hash_on, &soup);
     loxo_soup_destroy(test_context, &soup);
 }
