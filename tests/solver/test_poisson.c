@@ -6,6 +6,8 @@
 #include "solver/dense.h"
 #include "solver/surfaces.h"
 
+#include <loxo/io.h>
+
 #include <time.h>
 
 static loxo_geodesic_settings settings_of(loxo_geodesic_method method, loxo_geodesic_factor factor)
@@ -490,6 +492,55 @@ TEST(monitor_stops_it)
     loxo_context_set_monitor(test_context, NULL, NULL);
     loxo_release(test_context, d);
     surface_destroy(&s);
+}
+
+/* The estimate is what is taken at most, with several sources too, and not much more. */
+static void check_estimate(loxo_context *ctx, loxo_soup soup)
+{
+    surface s = surface_from_soup(ctx, soup, LOXO_ORDER_AUTO);
+    double *d = surface_numbers(&s);
+    const loxo_index sources[2] = {0, (loxo_index)(s.soup.n_vertices / 2)};
+    for (int method = LOXO_GEODESIC_HEAT; method <= LOXO_GEODESIC_VARIATIONAL; ++method) {
+        loxo_geodesic_settings settings = settings_of((loxo_geodesic_method)method, LOXO_FACTOR_MULTIGRID);
+        loxo_geodesic_info info;
+        loxo_geodesic *g;
+        size_t bytes;
+        settings.n_iterations = 0;
+        settings.diffusion = LOXO_DIFFUSION_SWEEPS; /* what is computed does not matter here */
+        settings.n_sweeps = 1;
+        CHECK_STATUS(ctx, loxo_geodesic_estimate(ctx, s.soup.n_vertices, s.soup.n_faces, &settings, &bytes, NULL),
+                     LOXO_OK);
+        const size_t before = loxo_context_memory(ctx).current_bytes;
+        CHECK_STATUS(ctx, loxo_geodesic_create(ctx, s.mesh, &settings, &g), LOXO_OK);
+        for (int64_t n = 1; n <= 2; ++n) {
+            CHECK(loxo_geodesic_solve(g, sources, n, d, &info) >= 0);
+            const size_t held = loxo_context_memory(ctx).current_bytes - before;
+            if (held > bytes) print_error("%zu bytes are held, %zu were estimated\n", held, bytes);
+            CHECK(info.workspace_bytes <= bytes && held <= bytes);
+        }
+        CHECK((double)bytes <= 1.25 * (double)info.workspace_bytes + 200000.0);
+        loxo_geodesic_destroy(g);
+    }
+    loxo_release(ctx, d);
+    surface_destroy(&s);
+}
+
+TEST(estimates_are_not_below_what_is_taken)
+{
+    static const char *const files[] = {"meshes/surfaces/moai48k-slivers.ply", "meshes/surfaces/homer6k.obj.gz"};
+    NEEDS_IDS(50000 * 6);
+    for (int shape = 0; shape < LOXO_N_SHAPES; ++shape)
+        for (int64_t n = 300; n <= 3000; n *= 10)
+            check_estimate(test_context, soup_make(test_context, (loxo_shape)shape, n, NAN));
+    loxo_soup capped = soup_make(test_context, LOXO_SHAPE_ICOSPHERE, 2562, NAN);
+    shape_add_caps(test_context, &capped, 28, 1e-5);
+    check_estimate(test_context, capped);
+    for (int k = 0; k < 2; ++k) {
+        loxo_soup soup = {0};
+        if (test_shared(files[k]) == NULL) SKIP();
+        CHECK_OK(loxo_read_mesh(test_context, test_shared(files[k]), NULL, &soup));
+        check_estimate(test_context, soup);
+    }
 }
 
 typedef struct ladder_call {

@@ -124,8 +124,11 @@ static loxo_status poisson_solve(void *state, const geodesic_seed *seeds, int64_
 #define WHILE_FACTORING 200
 #define LIBRARY_BYTES   3000000
 
-/* Of a hierarchy, a vertex: 92 on even triangles, up to 125 on obtuse ones. */
-#define HIERARCHY_BYTES 104
+/* Of a hierarchy, a vertex, the most there is: 92 on even triangles, up to 123 on obtuse ones; 5 more where several sources
+ * are held. And the dense factor of its coarsest level, with what does not grow. */
+#define HIERARCHY_BYTES 128
+#define COARSEST        200
+#define FIXED_BYTES     16384
 
 static size_t poisson_bytes(const geodesic_problem *problem)
 {
@@ -140,7 +143,8 @@ static size_t poisson_bytes(const geodesic_problem *problem)
     marching.settings.method = LOXO_GEODESIC_EDGE;
     marching.settings.global_constraints = false;
     marching.settings.recovery = LOXO_RECOVERY_ADMM;
-    bytes += geodesic_engine_edge.bytes(&marching);
+    const int64_t n_coarsest = n < COARSEST ? n : COARSEST;
+    bytes += geodesic_engine_edge.bytes(&marching) + (size_t)(n_coarsest * (n_coarsest + 1) / 2) * 8 + FIXED_BYTES;
     return bytes + loxo_laplacian_bytes(n, n_faces, problem->n_boundary_edges) - (size_t)n_faces * 32 +
            (size_t)n * HIERARCHY_BYTES + loxo_cg_bytes(n);
 }
