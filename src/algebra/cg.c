@@ -16,7 +16,7 @@ struct loxo_cg {
     const loxo_csr *a;
     loxo_arena arena;
     double *r, *p, *q; /* q: of A p, and of M r before the next p is made of it */
-    double (*part)[2]; /* [n_blocks] sums of blocks */
+    double *part;      /* [n_blocks] sums of blocks */
     loxo_index *label; /* set of a variable; NULL where there is one set only */
     double *set_mean;  /* [n_sets] */
     double *set_size;  /* [n_sets] variables; 0: not singular */
@@ -52,7 +52,7 @@ static void lay_out(loxo_cg *cg)
 size_t loxo_cg_bytes(int64_t n_rows)
 {
     const size_t n = (size_t)n_rows;
-    return n * 3 * sizeof(double) + (n / BLOCK + 2) * 2 * sizeof(double);
+    return (n * 3 + n / BLOCK + 2) * sizeof(double);
 }
 
 int64_t loxo_cg_n_singular(const loxo_cg *cg) { return cg->n_singular; }
@@ -125,7 +125,7 @@ void loxo_cg_destroy(loxo_cg *cg)
     loxo_release(ctx, cg);
 }
 
-/* ---- passes over the vectors: each block leaves its sums, which are then added in order -------------------------- */
+/* ---- passes over the vectors: each block leaves its sum, and these are added in order ---------------------------- */
 
 typedef struct pass {
     const loxo_cg *cg;
@@ -136,102 +136,110 @@ typedef struct pass {
         back; /* b and all that follows from it are worked on times a power of two, unit; x is not: back = 1 / unit */
 } pass;
 
-typedef void (*pass_fn)(const pass *s, int64_t begin, int64_t end, double *part);
+/* Rows begin..end-1 of a pass, and their part of its sum. */
+typedef double (*pass_fn)(const pass *s, int64_t begin, int64_t end);
 
-static void run(const pass *s, pass_fn fn, double *sums)
+static double run(const pass *s, pass_fn fn)
 {
     const loxo_cg *cg = s->cg;
     const int64_t n = cg->a->n_rows;
 #pragma omp parallel num_threads(loxo_threads_for(cg->ctx, n, NS_A_ROW))
     {
         const loxo_range r = loxo_csr_share(cg->a, loxo_thread_id(), loxo_thread_count());
-        for (int64_t begin = r.begin; begin < r.end; begin += BLOCK) {
-            double part[2] = {0.0, 0.0};
-            fn(s, begin, begin + BLOCK < r.end ? begin + BLOCK : r.end, part);
-            cg->part[begin / BLOCK][0] = part[0];
-            cg->part[begin / BLOCK][1] = part[1];
-        }
+        for (int64_t begin = r.begin; begin < r.end; begin += BLOCK)
+            cg->part[begin / BLOCK] = fn(s, begin, begin + BLOCK < r.end ? begin + BLOCK : r.end);
     }
-    sums[0] = sums[1] = 0.0;
-    for (int64_t block = 0; block < (n + BLOCK - 1) / BLOCK; ++block) {
-        sums[0] += cg->part[block][0];
-        sums[1] += cg->part[block][1];
-    }
+    double sum = 0.0;
+    for (int64_t block = 0; block < (n + BLOCK - 1) / BLOCK; ++block)
+        sum += cg->part[block];
+    return sum;
 }
 
 /* r = b - A x; sum: r . r */
-static void pass_residual(const pass *s, int64_t begin, int64_t end, double *part)
+static double pass_residual(const pass *s, int64_t begin, int64_t end)
 {
+    double sum = 0.0;
     const loxo_csr *a = s->cg->a;
     double *r = s->cg->r;
     k_csr_multiply(a->begin, a->column, a->value, a->diagonal, begin, end, s->x, r);
     for (int64_t i = begin; i < end; ++i) {
         r[i] = s->unit * (s->b[i] - r[i]);
-        part[0] += r[i] * r[i];
+        sum += r[i] * r[i];
     }
+    return sum;
 }
 
 /* q = A p; sum: p . q */
-static void pass_product(const pass *s, int64_t begin, int64_t end, double *part)
+static double pass_product(const pass *s, int64_t begin, int64_t end)
 {
+    double sum = 0.0;
     const loxo_csr *a = s->cg->a;
     const double *p = s->cg->p;
     double *q = s->cg->q;
     k_csr_multiply(a->begin, a->column, a->value, a->diagonal, begin, end, p, q);
     for (int64_t i = begin; i < end; ++i)
-        part[0] += p[i] * q[i];
+        sum += p[i] * q[i];
+    return sum;
 }
 
 /* x += alpha p, r -= alpha q; sum: r . r */
-static void pass_step(const pass *s, int64_t begin, int64_t end, double *part)
+static double pass_step(const pass *s, int64_t begin, int64_t end)
 {
+    double sum = 0.0;
     const double *p = s->cg->p, *q = s->cg->q;
     double *r = s->cg->r;
     const double of_x = s->alpha * s->back;
     for (int64_t i = begin; i < end; ++i) {
         s->x[i] += of_x * p[i];
         r[i] -= s->alpha * q[i];
-        part[0] += r[i] * r[i];
+        sum += r[i] * r[i];
     }
+    return sum;
 }
 
 /* sum: q . r, q = M r */
-static void pass_products(const pass *s, int64_t begin, int64_t end, double *part)
+static double pass_products(const pass *s, int64_t begin, int64_t end)
 {
+    double sum = 0.0;
     const double *q = s->cg->q, *r = s->cg->r;
     for (int64_t i = begin; i < end; ++i)
-        part[0] += q[i] * r[i];
+        sum += q[i] * r[i];
+    return sum;
 }
 
 /* p = q + alpha p, q = M r; without a p yet, alpha is 0 */
-static void pass_direction(const pass *s, int64_t begin, int64_t end, double *part)
+static double pass_direction(const pass *s, int64_t begin, int64_t end)
 {
     const double *q = s->cg->q;
     double *p = s->cg->p;
-    (void)part;
     if (s->alpha == 0.0) {
         memcpy(p + begin, q + begin, (size_t)(end - begin) * sizeof *p);
-        return;
+        return 0.0;
     }
     for (int64_t i = begin; i < end; ++i)
         p[i] = q[i] + s->alpha * p[i];
+    return 0.0;
 }
 
 /* q = b in its unit; sum: its square */
-static void pass_take(const pass *s, int64_t begin, int64_t end, double *part)
+static double pass_take(const pass *s, int64_t begin, int64_t end)
 {
+    double sum = 0.0;
     double *q = s->cg->q;
     for (int64_t i = begin; i < end; ++i) {
         q[i] = s->unit * s->b[i];
-        part[0] += q[i] * q[i];
+        sum += q[i] * q[i];
     }
+    return sum;
 }
 
 /* sum: b . b */
-static void pass_square(const pass *s, int64_t begin, int64_t end, double *part)
+static double pass_square(const pass *s, int64_t begin, int64_t end)
 {
+    double sum = 0.0;
     for (int64_t i = begin; i < end; ++i)
-        part[0] += s->b[i] * s->b[i];
+        sum += s->b[i] * s->b[i];
+    return sum;
 }
 
 /* The power of two that brings the largest of b to 1: squares then neither overflow nor vanish, and the solution of 2^k b
@@ -268,13 +276,11 @@ static void project(const loxo_cg *cg, double *v)
 /* r = b - A x in b's unit, projected; returns its norm. */
 static double find_residual(const pass *s)
 {
-    double sums[2];
-    run(s, pass_residual, sums);
-    if (s->cg->n_singular == 0) return sqrt(sums[0]);
+    const double square = run(s, pass_residual);
+    if (s->cg->n_singular == 0) return sqrt(square);
     project(s->cg, s->cg->r);
     const pass of_r = {.cg = s->cg, .b = s->cg->r};
-    run(&of_r, pass_square, sums);
-    return sqrt(sums[0]);
+    return sqrt(run(&of_r, pass_square));
 }
 
 static bool is_stopped(const loxo_cg *cg, const loxo_cg_settings *settings, const loxo_cg_info *info)
@@ -294,21 +300,20 @@ static loxo_cg_stop iterate(const pass *state, const loxo_preconditioner *m, con
 {
     const loxo_cg *cg = state->cg;
     pass s = *state;
-    double sums[2], rho = 0.0, residual = info->residual * norm_b;
+    double rho = 0.0, residual = info->residual * norm_b;
     for (bool is_first = true; residual > goal; is_first = false) {
         if (info->n_iterations == settings->max_iterations) return LOXO_CG_MAX_ITERATIONS;
         if (is_stopped(cg, settings, info)) return LOXO_CG_MONITOR;
         m->apply(m->state, cg->r, cg->q);
-        run(&s, pass_products, sums);
-        if (!(sums[0] > 0.0)) return LOXO_CG_INDEFINITE;
-        s.alpha = is_first ? 0.0 : sums[0] / rho;
-        rho = sums[0];
-        run(&s, pass_direction, sums);
-        run(&s, pass_product, sums);
-        if (!(sums[0] > 0.0)) return LOXO_CG_INDEFINITE;
-        s.alpha = rho / sums[0];
-        run(&s, pass_step, sums);
-        residual = sqrt(sums[0]);
+        const double r_mr = run(&s, pass_products);
+        if (!(r_mr > 0.0)) return LOXO_CG_INDEFINITE;
+        s.alpha = is_first ? 0.0 : r_mr / rho;
+        rho = r_mr;
+        (void)run(&s, pass_direction);
+        const double p_ap = run(&s, pass_product);
+        if (!(p_ap > 0.0)) return LOXO_CG_INDEFINITE;
+        s.alpha = rho / p_ap;
+        residual = sqrt(run(&s, pass_step));
         ++info->n_iterations;
         info->residual = residual / norm_b;
         if (settings->look != NULL) settings->look(settings->look_user, info->n_iterations, s.x, info->residual);
@@ -321,18 +326,15 @@ loxo_status loxo_cg_solve(loxo_cg *cg, const loxo_preconditioner *m, const loxo_
 {
     const loxo_cg_settings chosen = settings != NULL ? *settings : loxo_cg_settings_default();
     loxo_cg_info own = {0};
-    double sums[2];
     pass s = {.cg = cg, .b = b, .x = x, .unit = choose_unit(cg, b)};
     s.back = 1.0 / s.unit;
     for (int64_t i = 0; i < cg->a->n_rows; ++i)
         if (!(cg->a->diagonal[i] > 0.0)) x[i] = 0.0;
     /* |b| without its share in the null space: q is free until the first step. */
-    run(&s, pass_take, sums);
-    const double norm_given = sqrt(sums[0]);
+    const double norm_given = sqrt(run(&s, pass_take));
     project(cg, cg->q);
     const pass of_b = {.cg = cg, .b = cg->q};
-    run(&of_b, pass_square, sums);
-    const double norm_b = sqrt(sums[0]);
+    const double norm_b = sqrt(run(&of_b, pass_square));
     if (!isfinite(norm_given))
         return loxo_fail(cg->ctx, LOXO_ERR_NUMERIC, "conjugate gradients: the right side is not finite");
     own.inconsistent = norm_given > 0.0 ? sqrt(fmax(0.0, norm_given * norm_given - norm_b * norm_b)) / norm_given : 0.0;

@@ -57,7 +57,7 @@ int64_t loxo_cg_n_singular(const loxo_cg *cg); /* sets whose constants are free 
  * Of 2^k b, and a start times as much, the solution has the same bits but for its exponents.
  * returns  LOXO_OK; LOXO_NOT_CONVERGED, LOXO_STOPPED: x is the last state; LOXO_ERR_NUMERIC: b, the start or the solution
  *          is not finite, or the start 10^150 times as large as what b asks for
- * cost     an iteration reads the matrix once and moves 80 bytes a row; same bits for any thread count
+ * cost     an iteration reads the matrix once and moves 88 bytes a row; same bits for any thread count
  * source   Hestenes, Stiefel 1952 */
 loxo_status loxo_cg_solve(loxo_cg *cg, const loxo_preconditioner *m, const loxo_cg_settings *settings, const double *b,
                           double *x, loxo_cg_info *info);

@@ -15,7 +15,7 @@
  * refuses more. */
 #define MG_ONE 16384.0
 typedef struct mg_map {
-    int64_t n_rows, n_columns;
+    int64_t n_rows;
     uint32_t *begin; /* [n_rows + 1] */
     loxo_index *column;
     int16_t *value;

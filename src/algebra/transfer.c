@@ -246,8 +246,8 @@ done:
 
 loxo_status mg_make_maps(loxo_context *ctx, mg_level *l, const loxo_index *aggregate, int64_t n_aggregates)
 {
-    l->up.n_rows = l->down.n_columns = l->n;
-    l->up.n_columns = l->down.n_rows = n_aggregates;
+    l->up.n_rows = l->n;
+    l->down.n_rows = n_aggregates;
     loxo_status status = make_up(ctx, l, aggregate);
     if (status >= 0) status = improve(ctx, l);
     return status < 0 ? status : make_down(ctx, l);
