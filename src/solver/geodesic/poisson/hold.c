@@ -9,7 +9,7 @@
 
 #include <string.h>
 
-/* Held vertices of a component up to which ties are cheaper than a factor. */
+/* Held vertices, of all components, up to which ties are cheaper than a factor. */
 #define MOST_TIED 150
 
 static int64_t vertex_of(const poisson *p, const geodesic_seed *seed)
