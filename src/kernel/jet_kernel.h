@@ -37,6 +37,7 @@ typedef struct k_jet_batch {
  * to 22 scans and 15 generated surfaces (src/solver/geodesic/fast/README.md). */
 #define K_JET_DOUBT_CUBIC 0.0155
 #define K_JET_DOUBT_FRONT 0.023
+#define K_JET_DOUBT_MOST  0.1 /* of the edge */
 #define K_JET_DOUBT_LEAST                                                                                              \
     1e-5 /* of the last leg: gains that are not worth going back for, corners that are rounded off */
 
@@ -116,8 +117,8 @@ static inline void k_jet_arrivals(k_jet_batch *restrict b)
         b->way[i] = edge.length * leg;
         b->crossing[i] = s;
         b->arrival[i] = b->sigma[i] + edge.length * (radius + leg);
-        b->doubt[i] =
-            edge.length * (K_JET_DOUBT_CUBIC * steep + K_JET_DOUBT_FRONT * fabs(off) + K_JET_DOUBT_LEAST * leg);
+        const double doubt = K_JET_DOUBT_CUBIC * steep + K_JET_DOUBT_FRONT * fabs(off) + K_JET_DOUBT_LEAST * leg;
+        b->doubt[i] = edge.length * (doubt < K_JET_DOUBT_MOST ? doubt : K_JET_DOUBT_MOST);
     }
 }
 

@@ -110,11 +110,13 @@ TEST(planes_of_bad_triangles)
         surface s = surface_from_soup(test_context, jittered_square(N, seed), LOXO_ORDER_AUTO);
         double *distance = surface_numbers(&s), *truth = surface_numbers(&s);
         const loxo_index source = N / 2 * N + N / 2;
-        CHECK_OK(loxo_geodesic_distance(test_context, s.mesh, &fast, &source, 1, distance, NULL));
+        loxo_geodesic_info info;
+        CHECK_OK(loxo_geodesic_distance(test_context, s.mesh, &fast, &source, 1, distance, &info));
         CHECK_OK(loxo_geodesic_distance(test_context, s.mesh, &exact, &source, 1, truth, NULL));
         const double error = mean_error(distance, truth, s.soup.n_vertices);
-        print_message("square %d: %.1e\n", (int)seed, error);
-        CHECK(error < 2e-5);
+        print_message("square %d: %.1e, estimated %.1e\n", (int)seed, error, info.error_estimate);
+        CHECK(error < 4e-4);
+        CHECK(info.error_estimate >= error && info.error_estimate <= 10.0 * error);
         loxo_release(test_context, distance);
         loxo_release(test_context, truth);
         surface_destroy(&s);
@@ -161,6 +163,72 @@ TEST(errors_on_generated_surfaces)
     }
 }
 
+/* From anywhere: behind the corners of holes, where fronts meet, on limbs. On genus shapes, flat but for their corners, a ray that
+ * passed a corner on the wrong side once made whole regions up to 18 % too short, with an estimate of a tenth of that. */
+static void check_from_anywhere(const surface *s, const char *name, int n_solves, double most)
+{
+    const loxo_geodesic_settings fast = settings_of(LOXO_GEODESIC_FAST), exact = settings_of(LOXO_GEODESIC_EXACT);
+    double *distance = surface_numbers(s), *truth = surface_numbers(s);
+    double mean = 0.0, worst = 0.0, least = HUGE_VAL, largest = 0.0;
+    for (int i = 0; i < n_solves; ++i) {
+        loxo_index sources[3];
+        loxo_geodesic_info info;
+        for (uint64_t k = 0; k < 3; ++k)
+            sources[k] = (loxo_index)(loxo_random_unit(5, 3 * (uint64_t)i + k) * (double)s->soup.n_vertices);
+        CHECK_OK(loxo_geodesic_distance(s->ctx, s->mesh, &fast, sources, i % 4 == 3 ? 3 : 1, distance, &info));
+        CHECK_OK(loxo_geodesic_distance(s->ctx, s->mesh, &exact, sources, i % 4 == 3 ? 3 : 1, truth, NULL));
+        const double error = mean_error(distance, truth, s->soup.n_vertices), ratio = info.error_estimate / error;
+        mean += error / n_solves;
+        worst = fmax(worst, error);
+        least = fmin(least, ratio);
+        largest = fmax(largest, ratio);
+    }
+    print_message("%s, %d solves: %.4f %%, %.4f %% at most, estimated %.2f to %.2f of it\n", name, n_solves,
+                  100.0 * mean, 100.0 * worst, least, largest);
+    CHECK(mean < most && worst < 3.0 * most);
+    CHECK(least >= 1.0 && largest <= 10.0);
+    loxo_release(s->ctx, distance);
+    loxo_release(s->ctx, truth);
+}
+
+TEST(errors_from_anywhere)
+{
+    static const shape_case cases[] = {{LOXO_SHAPE_GENUS, 2.0, 5e-4},
+                                       {LOXO_SHAPE_GENUS, 5.0, 5e-4},
+                                       {LOXO_SHAPE_ANNULUS, NAN, 2e-4},
+                                       {LOXO_SHAPE_BRAIN, NAN, 2e-3},
+                                       {LOXO_SHAPE_ICOSPHERE, NAN, 1e-4}};
+    NEEDS_IDS(60000);
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; ++i) {
+        surface s = surface_make(test_context, cases[i].shape, 6000, cases[i].param);
+        check_from_anywhere(&s, loxo_shape_name(cases[i].shape), 16, cases[i].most);
+        surface_destroy(&s);
+    }
+}
+
+static surface read_scan(const char *name)
+{
+    char path[64];
+    snprintf(path, sizeof path, "meshes/surfaces/%s", name);
+    const char *file = test_shared(path);
+    loxo_soup soup = {0};
+    if (file == NULL) SKIP();
+    CHECK_OK(loxo_read_mesh(test_context, file, NULL, &soup));
+    return surface_from_soup(test_context, soup, LOXO_ORDER_AUTO);
+}
+
+TEST(errors_on_scans_from_anywhere)
+{
+    static const char *const names[] = {"spot3k.obj.gz", "camel10k.off.gz", "homer6k.obj.gz", "fandisk.obj.gz",
+                                        "fsaverage5.lh.white"};
+    NEEDS_IDS(1000000);
+    for (size_t i = 0; i < sizeof names / sizeof *names; ++i) {
+        surface s = read_scan(names[i]);
+        check_from_anywhere(&s, names[i], 12, 2e-3);
+        surface_destroy(&s);
+    }
+}
+
 /* Errors and estimates on scans: bars are 0.1 % on igea and 0.3 % on all. */
 TEST(errors_on_scans)
 {
@@ -170,13 +238,7 @@ TEST(errors_on_scans)
                                         "fsaverage5.lh.white", "bimba25k.ply",    "horse20k.off.gz"};
     NEEDS_IDS(1000000);
     for (size_t i = 0; i < sizeof names / sizeof *names; ++i) {
-        char path[64];
-        snprintf(path, sizeof path, "meshes/surfaces/%s", names[i]);
-        const char *file = test_shared(path);
-        loxo_soup soup = {0};
-        if (file == NULL) SKIP();
-        CHECK_OK(loxo_read_mesh(test_context, file, NULL, &soup));
-        surface s = surface_from_soup(test_context, soup, LOXO_ORDER_AUTO);
+        surface s = read_scan(names[i]);
         check_against_exact(&s, names[i], (const loxo_index[]){0}, 1, i == 0 ? 1e-3 : 3e-3);
         surface_destroy(&s);
     }

@@ -122,6 +122,21 @@ static void find_slopes(fast_bench *b, const fast_jet *jet, int64_t begin, int64
 
 static loxo_index source_of(const fast_state *s, loxo_index v) { return s->nearest != NULL ? s->nearest[v] : -1; }
 
+/* Whether others may have their distances from a vertex: it is final, or was. */
+static bool may_be_leant_on(unsigned flags) { return (flags & (FAST_FINAL | FAST_TAKEN_BACK_MOST)) != 0; }
+
+/* Whether the ray of a came past target, so that what a knows it has from there. Straight lines from one point do not cross each
+ * other's edges like that: a and target would hold each other up, however wrong they are. */
+static bool leans_on(const fast_state *s, loxo_index a, loxo_index target)
+{
+    const loxo_index ray = s->jet[a].ray;
+    if (ray < 0) return false;
+    const double t = (double)s->jet[a].crossing; /* at an end: that one alone */
+    const loxo_index h = k_next(ray);
+    return (s->m.halfedge_vertex[h] == target && !(t < 0.0 && t > -1e-20)) ||
+           (k_head(&s->m, h) == target && (t > 0.0 || t < 0.0));
+}
+
 /* The edge of half-edge base, from a to b, both final, as seen from the third vertex. A vertex that is final already may
  * still hear something new, but hardly over a vertex that is farther than itself, unless its corner is obtuse. */
 static void emit_task(const fast_state *s, fast_bench *bench, int64_t *n_tasks, loxo_index base, loxo_index a,
@@ -134,15 +149,17 @@ static void emit_task(const fast_state *s, fast_bench *bench, int64_t *n_tasks, 
     /* a source inside the face is not behind its edge */
     const bool is_renewal =
         s->jet[target].ray == k_previous(base) && d < HUGE_VAL && (double)s->jet[target].length * (1.0 + 1e-6) < d;
-    if (!is_renewal && (fast_flags(s, target) & FAST_FINAL) != 0 && d <= (is_obtuse ? near : far)) return;
-    const float sigma_a = s->jet[a].sigma, sigma_b = s->jet[b].sigma;
-    const float high = sigma_a < sigma_b ? sigma_b : sigma_a, low = sigma_a < sigma_b ? sigma_a : sigma_b;
+    const unsigned flags = fast_flags(s, target);
+    if (!is_renewal && (flags & FAST_FINAL) != 0 && d <= (is_obtuse ? near : far)) return;
+    const bool is_round = may_be_leant_on(flags) && (leans_on(s, a, target) || leans_on(s, b, target));
+    if (is_round && !is_renewal) return;
     bench->task[(*n_tasks)++] = (fast_task){.base_square = base_square,
                                             .a_square = a_square,
                                             .b_square = b_square,
-                                            .d_a = d_a,
+                                            .d_a = is_round ? (double)NAN : d_a, /* nothing arrives */
                                             .d_b = d_b,
-                                            .sigma = (double)high <= near ? high : low,
+                                            .sigma_a = s->jet[a].sigma,
+                                            .sigma_b = s->jet[b].sigma,
                                             .doubt_a = s->jet[a].doubt,
                                             .doubt_b = s->jet[b].doubt,
                                             .base = base,
@@ -152,9 +169,8 @@ static void emit_task(const fast_state *s, fast_bench *bench, int64_t *n_tasks, 
 }
 
 /* One end of an edge speaks for it where the edge across is longer than a quarter of the way to the point that the distance is
- * counted from, or the front is a circle for all that is known of it: doubt over distance. Both are part of the answer. */
-#define LONG_EDGE    16.0
-#define CIRCLE_DOUBT 1.5e-5
+ * counted from. Part of the answer. */
+#define LONG_EDGE 16.0
 
 /* The edge from v to its neighbour across which `target` lies is final at v only. Its other end may become final long after
  * target, which hears of its ray through this edge from v alone: the front is taken for the circle that v knows, at the
@@ -166,15 +182,16 @@ static void emit_one_end(const fast_state *s, fast_bench *b, loxo_index v, int64
     const int64_t edge = is_first ? i : i + 1, other = is_first ? i + 1 : i;
     const loxo_index h = b->halfedge[i], half_of_edge = is_first ? h : k_previous(h), target = b->neighbour[other];
     const double sigma = (double)s->jet[v].sigma, radius = s->distance[v] - sigma;
-    const bool is_circle = (double)s->jet[v].doubt <= CIRCLE_DOUBT * s->distance[v];
-    if ((!is_circle && LONG_EDGE * b->rim[i] < radius * radius) || s->m.halfedge_twin[half_of_edge] < 0) return;
+    if (LONG_EDGE * b->rim[i] < radius * radius || s->m.halfedge_twin[half_of_edge] < 0) return;
     const double slope = b->slope[edge] < 1.0f ? (double)b->slope[edge] : 1.0, base = b->spoke[edge];
     const double x = b->spoke[other] * b->cosine[i], y = b->spoke[other] * b->sine[i];
     const double from = -slope * radius, depth = radius * sqrt(1.0 - slope * slope), sum = y + depth;
     const double way = sqrt((x - from) * (x - from) + sum * sum), crossing = from + (x - from) * depth / sum;
     if (!(sigma + way < s->distance[target]) || !(crossing > 0.0) || !(crossing < base)) return;
+    if (may_be_leant_on(fast_flags(s, target)) && leans_on(s, v, target)) return;
     const double share = crossing / base; /* from v; the ray's corner at target counts from the end of its half-edge */
     b->step[(*n_steps)++] = (fast_step){.arrival = sigma + way,
+                                        .renewed = HUGE_VAL,
                                         .sigma = (float)sigma,
                                         .length = (float)(way * y / sum),
                                         .crossing = fast_crossing(is_first ? share : 1.0 - share),
@@ -185,32 +202,45 @@ static void emit_one_end(const fast_state *s, fast_bench *b, loxo_index v, int64
                                         .is_guess = true};
 }
 
+/* What y at the end of spoke i hears along it. Its half-edge h is -1 at the end of an open fan: there is one that starts at y. If
+ * y has its ray from here and v was taken back in between, it hears that again, too. */
+static void emit_along(const fast_state *s, fast_bench *b, loxo_index v, loxo_index y, loxo_index h, int64_t i,
+                       int64_t *n_steps)
+{
+    const loxo_index twin = h >= 0 ? s->m.halfedge_twin[h] : -1;
+    const loxo_index ray = h < 0 ? k_previous(b->halfedge[i - 1]) : twin >= 0 ? twin : k_next(h);
+    const float crossing = h < 0 || twin >= 0 ? 0.0f : fast_crossing(1.0);
+    const double arrival = s->distance[v] + b->spoke[i], before = s->distance[y];
+    double renewed = HUGE_VAL;
+    if (arrival > before) {
+        const fast_jet *jet = &s->jet[y];
+        if ((fast_flags(s, v) & FAST_TAKEN_BACK_MOST) == 0 || jet->ray != ray || jet->crossing < crossing ||
+            jet->crossing > crossing)
+            return;
+        renewed = before;
+    } else if (may_be_leant_on(fast_flags(s, y)) && leans_on(s, v, y)) {
+        return;
+    }
+    b->step[(*n_steps)++] =
+        (fast_step){.arrival = arrival,
+                    .renewed = renewed,
+                    .sigma = b->slope[i] == SLOPE_FROM_HERE ? (float)s->distance[v] : s->jet[v].sigma,
+                    .length = (float)b->spoke[i],
+                    .doubt = s->jet[v].doubt,
+                    .target = y,
+                    .ray = ray,
+                    .crossing = crossing,
+                    .source = source_of(s, v)};
+}
+
 /* What the neighbours of v hear: along the spokes, and through the edges of its faces whose other end is final too. An
  * edge between two vertices that became final together is told by the one where its half-edge in that face starts. */
 static void emit(const fast_state *s, fast_bench *b, loxo_index v, int64_t begin, int64_t end, int64_t *n_tasks,
                  int64_t *n_steps)
 {
-    const double d = s->distance[v];
-    const float sigma = s->jet[v].sigma;
     for (int64_t i = begin; i < end + (b->halfedge[end] == FAN_OPEN); ++i) {
         const loxo_index y = b->neighbour[i], h = i < end ? b->halfedge[i] : -1;
-        if (d + b->spoke[i] <= s->distance[y]) {
-            fast_step step = {.arrival = d + b->spoke[i],
-                              .sigma = b->slope[i] == SLOPE_FROM_HERE ? (float)d : sigma,
-                              .length = (float)b->spoke[i],
-                              .doubt = s->jet[v].doubt,
-                              .target = y,
-                              .source = source_of(s, v)};
-            if (i == end) { /* the boundary edge, whose half-edge starts at y */
-                step.ray = k_previous(b->halfedge[end - 1]);
-            } else if (s->m.halfedge_twin[h] >= 0) {
-                step.ray = s->m.halfedge_twin[h];
-            } else {
-                step.ray = k_next(h);
-                step.crossing = fast_crossing(1.0);
-            }
-            b->step[(*n_steps)++] = step;
-        }
+        emit_along(s, b, v, y, h, i, n_steps);
         if (i == end) return;
         const loxo_index z = b->neighbour[i + 1], back = k_previous(h);
         const double y_square = b->spoke[i] * b->spoke[i], z_square = b->spoke[i + 1] * b->spoke[i + 1];
@@ -339,11 +369,13 @@ static void collect(const fast_state *s, fast_bench *b, loxo_index v, int64_t be
         const bool z_is_final = i < end && (fast_flags(s, b->neighbour[i + 1]) & FAST_FINAL) != 0;
         if (z_is_final)
             emit_task(s, b, n_tasks, k_next(h), y, b->neighbour[i + 1], v, b->rim[i], b->spoke[i], b->spoke[i + 1]);
+        if (leans_on(s, y, v)) continue;
         if ((fast_flags(s, y) & FAST_NEW) != 0) continue; /* it tells of the way itself: its slopes are being written */
         /* from y to v; a boundary edge may have no half-edge that starts there, nor then a slope */
         const loxo_index to_here = i < end ? s->m.halfedge_twin[h] : k_previous(h);
         const float d = (float)s->distance[y];
         b->step[(*n_steps)++] = (fast_step){.arrival = s->distance[y] + sqrt(b->spoke[i]),
+                                            .renewed = HUGE_VAL,
                                             .sigma = to_here >= 0 && s->slope[to_here] < 1.0f ? s->jet[y].sigma : d,
                                             .length = (float)sqrt(b->spoke[i]),
                                             .crossing = i < end ? 0.0f : fast_crossing(1.0),

@@ -29,7 +29,7 @@ static size_t fast_bytes(const geodesic_problem *problem)
     lay_out(&s, &problem->m);
     return s.arena.size + (size_t)loxo_context_n_threads(problem->ctx) * fast_bench_bytes(FAST_SPOKES_AT_FIRST) +
            (size_t)fast_lists_at_first(&problem->m) *
-               (sizeof(fast_task) + sizeof(fast_step) + sizeof(fast_doubtful) + sizeof(loxo_index));
+               (sizeof(fast_task) + sizeof(fast_step) + 2 * (sizeof(fast_doubtful) + sizeof(loxo_index)));
 }
 
 static void fast_destroy(void *state)
@@ -182,9 +182,10 @@ static loxo_status fast_solve(void *state, const geodesic_seed *seeds, int64_t n
     info->error_estimate = sums[1] > 0.0 ? sums[0] / sums[1] : 0.0;
     info->n_iterations = s->n_rounds;
     info->n_evaluations = s->n_updates;
-    info->workspace_bytes = s->arena.size + s->bench_arena.size +
-                            (size_t)s->task_capacity * (sizeof *s->task + sizeof *s->doubtful + sizeof *s->taken_back) +
-                            (size_t)s->step_capacity * sizeof *s->step;
+    info->workspace_bytes =
+        s->arena.size + s->bench_arena.size + (size_t)s->task_capacity * sizeof *s->task +
+        (size_t)(s->task_capacity + s->step_capacity) * (sizeof *s->doubtful + sizeof *s->taken_back) +
+        (size_t)s->step_capacity * sizeof *s->step;
     info->phase_s[LOXO_GEODESIC_PHASE_PROPAGATE] += loxo_os_clock_s() - start_s;
     if (!is_stopped) return LOXO_OK;
     info->stop_reason = LOXO_STOP_MONITOR;

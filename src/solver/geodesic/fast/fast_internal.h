@@ -16,6 +16,12 @@
 #define FAST_RISE            1e-2
 #define FAST_RISE_OF_A_GUESS 1e-4 /* where the ray was guessed from one end of the edge */
 
+/* Of an edge whose ends are lit from different points, in lengths of it: what one end's circle must gain over both together, how much
+ * later than it says the other end may be, and how far off what is taken may be for all that is known. Measured, see README.md. */
+#define FAST_MIXED_GAIN  1e-2
+#define FAST_REFUTED     3e-2
+#define FAST_MIXED_DOUBT 4e-2
+
 enum {
     FAST_QUEUED = 1,
     FAST_FINAL = 2,
@@ -42,7 +48,7 @@ static inline float fast_crossing(double t) { return (float)(t <= 0.5 ? t : t < 
 /* An edge between two final vertices, and through it the third vertex of the face of half-edge base. */
 typedef struct fast_task {
     double base_square, a_square, b_square, d_a, d_b;
-    float sigma, doubt_a, doubt_b;
+    float sigma_a, sigma_b, doubt_a, doubt_b;
     loxo_index base; /* from A to B */
     loxo_index source_a, source_b;
     double renewed; /* distance of the third vertex, where it has its ray through this edge already; else HUGE_VAL */
@@ -56,7 +62,7 @@ typedef struct fast_doubtful {
 
 /* A way along an edge, or by one end of one. */
 typedef struct fast_step {
-    double arrival;
+    double arrival, renewed; /* the second as of tasks */
     float sigma, length, crossing, doubt;
     loxo_index target, ray, source;
     bool is_guess; /* by one end */
@@ -98,9 +104,9 @@ typedef struct fast_state {
     int n_benches;     /* most threads that there can be */
     fast_task *task;
     fast_step *step;
-    fast_doubtful *doubtful; /* [task_capacity] of the present round */
-    loxo_index
-        *taken_back; /* [task_capacity] vertices whose ray turned out too short: they ask all their edges again */
+    fast_doubtful *doubtful; /* [task_capacity + step_capacity] of the present round */
+    loxo_index *
+        taken_back; /* [task_capacity + step_capacity] vertices whose ray turned out too short: they ask all their edges again */
     int64_t bench_capacity, task_capacity, step_capacity;
 
     /* the present round */

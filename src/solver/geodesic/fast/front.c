@@ -173,6 +173,47 @@ static void offer(fast_state *s, fast_batch *batch, loxo_index v, double arrival
         s->flags[v] ^= (uint8_t)toggled;
 }
 
+static void note_doubtful(fast_state *s, const fast_doubtful *doubtful, int64_t n)
+{
+    if (n == 0) return;
+    const int64_t to = __atomic_fetch_add(&s->n_doubtful, n, __ATOMIC_RELAXED);
+    memcpy(&s->doubtful[to], doubtful, (size_t)n * sizeof *doubtful);
+}
+
+/* What one end of an edge makes of it. */
+typedef struct circle {
+    double arrival, crossing, way; /* crossing from A, 0 to 1 */
+    float sigma;
+} circle;
+
+/* The ends of an edge may be lit from different points, about a corner between them; q is then no front, and mostly says too much.
+ * The circle that one end knows is taken instead, where the third vertex sees its centre through the edge, and the other end does
+ * not refute it by being later than it says. is_a: the circle of A. */
+static bool find_circle(const fast_task *t, double slope, bool is_a, circle *out)
+{
+    const double base = sqrt(t->base_square), sigma = (double)(is_a ? t->sigma_a : t->sigma_b);
+    const double d = is_a ? t->d_a : t->d_b, d_other = is_a ? t->d_b : t->d_a, radius = d - sigma;
+    const double here_square = is_a ? t->a_square : t->b_square, there_square = is_a ? t->b_square : t->a_square;
+    if (!(slope < 1.0) || !(slope > -1.0) || !(radius > 0.0) || !(base > 0.0)) return false;
+    const double from = -slope * radius, depth = radius * sqrt(1.0 - slope * slope);
+    const double said = sigma + sqrt((base - from) * (base - from) + depth * depth);
+    const double x = 0.5 * (base + (here_square - there_square) / base), y_square = here_square - x * x;
+    const double y = y_square > 0.0 ? sqrt(y_square) : 0.0, sum = y + depth;
+    const double crossing = from + (x - from) * depth / sum;
+    if (d_other > said + FAST_REFUTED * base || !(sum > 0.0) || !(crossing > 0.0) || !(crossing < base)) return false;
+    const double way = sqrt((x - from) * (x - from) + sum * sum);
+    *out = (circle){sigma + way, is_a ? crossing / base : 1.0 - crossing / base, way * y / sum, (float)sigma};
+    return true;
+}
+
+static double merged_sigma(const fast_task *t)
+{
+    const double near = t->d_a < t->d_b ? t->d_a : t->d_b;
+    const float high = t->sigma_a < t->sigma_b ? t->sigma_b : t->sigma_a;
+    const float low = t->sigma_a < t->sigma_b ? t->sigma_a : t->sigma_b;
+    return (double)high <= near ? (double)high : (double)low;
+}
+
 static void commit_tasks(fast_state *s, int64_t begin, int64_t end)
 {
     fast_doubtful doubtful[COMMIT_CHUNK];
@@ -191,39 +232,57 @@ static void commit_tasks(fast_state *s, int64_t begin, int64_t end)
             b.d_b[i] = t->d_b;
             b.slope_a[i] = (double)s->slope[t->base];
             b.slope_b[i] = (double)s->slope[m->halfedge_twin[t->base]];
-            b.sigma[i] = (double)t->sigma;
+            b.sigma[i] = merged_sigma(t);
         }
         s->kernels->jet_arrivals(&b);
         for (int64_t i = 0; i < n; ++i) {
             const fast_task *t = &s->task[first + i];
             const loxo_index ray = k_previous(t->base);
-            if (!(b.crossing[i] > 0.0) || !(b.crossing[i] < 1.0)) continue; /* along the edge */
-            if (b.arrival[i] > t->renewed) doubtful[n_doubtful++] = (fast_doubtful){b.arrival[i], t->renewed, ray};
-            const float share = (float)b.crossing[i];
+            const bool is_none = isnan(b.arrival[i]);
+            bool is_across = b.crossing[i] > 0.0 && b.crossing[i] < 1.0;
+            circle c = {b.arrival[i], b.crossing[i], b.way[i], (float)b.sigma[i]};
+            double doubt = b.doubt[i];
+            if (!is_none && (t->sigma_a < t->sigma_b || t->sigma_a > t->sigma_b)) {
+                const double least = is_across ? c.arrival - FAST_MIXED_GAIN * sqrt(t->base_square) : HUGE_VAL;
+                circle of_a, of_b;
+                const bool has_a = find_circle(t, b.slope_a[i], true, &of_a) && of_a.arrival < least;
+                const bool has_b = find_circle(t, b.slope_b[i], false, &of_b) && of_b.arrival < least;
+                if (has_a || has_b) {
+                    c = !has_a || (has_b && of_b.arrival < of_a.arrival) ? of_b : of_a;
+                    is_across = true;
+                    doubt += FAST_MIXED_DOUBT * sqrt(t->base_square);
+                }
+            }
+            const double arrival = is_none ? HUGE_VAL : c.arrival;
+            if (arrival > t->renewed) doubtful[n_doubtful++] = (fast_doubtful){arrival, t->renewed, ray};
+            if (!is_across) continue; /* along an edge, which is told by its end */
+            const float share = (float)c.crossing;
             const fast_jet jet = {.ray = ray,
-                                  .crossing = fast_crossing(b.crossing[i]),
-                                  .sigma = t->sigma,
-                                  .length = (float)b.way[i],
-                                  .doubt = (1.0f - share) * t->doubt_a + share * t->doubt_b + (float)b.doubt[i]};
-            offer(s, &batch, m->halfedge_vertex[ray], b.arrival[i], &jet, share < 0.5f ? t->source_a : t->source_b,
-                  false);
+                                  .crossing = fast_crossing(c.crossing),
+                                  .sigma = c.sigma,
+                                  .length = (float)c.way,
+                                  .doubt = (1.0f - share) * t->doubt_a + share * t->doubt_b + (float)doubt};
+            offer(s, &batch, m->halfedge_vertex[ray], c.arrival, &jet, share < 0.5f ? t->source_a : t->source_b, false);
         }
     }
     fast_queue(s, batch.vertex, batch.n);
-    if (n_doubtful == 0) return;
-    const int64_t to = __atomic_fetch_add(&s->n_doubtful, n_doubtful, __ATOMIC_RELAXED);
-    memcpy(&s->doubtful[to], doubtful, (size_t)n_doubtful * sizeof *doubtful);
+    note_doubtful(s, doubtful, n_doubtful);
 }
 
 static void commit_steps(fast_state *s, int64_t begin, int64_t end)
 {
+    fast_doubtful doubtful[COMMIT_CHUNK];
+    int64_t n_doubtful = 0;
     fast_batch batch = {.n = 0};
     for (int64_t i = begin; i < end; ++i) {
         const fast_step *step = &s->step[i];
         const fast_jet jet = {step->ray, step->crossing, step->sigma, step->length, step->doubt};
+        if (step->arrival > step->renewed)
+            doubtful[n_doubtful++] = (fast_doubtful){step->arrival, step->renewed, step->ray};
         offer(s, &batch, step->target, step->arrival, &jet, step->source, step->is_guess);
     }
     fast_queue(s, batch.vertex, batch.n);
+    note_doubtful(s, doubtful, n_doubtful);
 }
 
 static int64_t n_chunks(int64_t n, int64_t chunk) { return (n + chunk - 1) / chunk; }
@@ -368,23 +427,24 @@ static loxo_status grow(fast_state *s, void **list, int64_t *capacity, int64_t w
 
 static loxo_status make_room(fast_state *s)
 {
-    const int64_t had = s->task_capacity;
+    const int64_t had = s->task_capacity + s->step_capacity;
     void *task = s->task, *step = s->step;
     loxo_status status = grow(s, &task, &s->task_capacity, s->n_tasks, sizeof *s->task);
     s->task = task;
-    if (status >= 0 && s->task_capacity > had) {
+    if (status >= 0) status = grow(s, &step, &s->step_capacity, s->n_steps, sizeof *s->step);
+    s->step = step;
+    const int64_t both = s->task_capacity + s->step_capacity;
+    if (status >= 0 && both > had) {
         /* of both lists only this one is not empty between an expansion and the next */
-        loxo_index *taken_back = loxo_reallocate(s->ctx, s->taken_back, s->task_capacity, sizeof *taken_back);
+        loxo_index *taken_back = loxo_reallocate(s->ctx, s->taken_back, both, sizeof *taken_back);
         if (taken_back != NULL) s->taken_back = taken_back;
         loxo_release(s->ctx, s->doubtful);
-        s->doubtful = loxo_allocate(s->ctx, s->task_capacity, sizeof *s->doubtful);
+        s->doubtful = loxo_allocate(s->ctx, both, sizeof *s->doubtful);
         if (taken_back == NULL || s->doubtful == NULL) {
             s->task_capacity = 0; /* there is no room for one without the others */
             status = LOXO_ERR_MEMORY;
         }
     }
-    if (status >= 0) status = grow(s, &step, &s->step_capacity, s->n_steps, sizeof *s->step);
-    s->step = step;
     if (status >= 0 && s->bench_wanted > s->bench_capacity) status = fast_reserve_benches(s, s->bench_wanted);
     return status;
 }
