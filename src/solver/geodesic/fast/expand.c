@@ -12,35 +12,40 @@
 #define FAN_CLOSED (-2)
 #define FAN_OPEN   (-1)
 
-static double square_between(const loxo_mesh_view *m, loxo_index a, loxo_index b)
+static double square(loxo_vec3 a, loxo_vec3 b)
 {
-    const loxo_vec3 e = v3_sub(k_position(m, b), k_position(m, a));
+    const loxo_vec3 e = v3_sub(b, a);
     return v3_dot(e, e);
 }
 
-static double square_along(const loxo_mesh_view *m, loxo_index h, loxo_index a, loxo_index b)
+static double length_square(const loxo_mesh_view *m, loxo_index h)
 {
-    if (m->halfedge_length == NULL) return square_between(m, a, b);
     return m->halfedge_length[h] * m->halfedge_length[h];
 }
 
 /* Lays the fan of v from spoke k on; returns the first spoke after it, or -1 when it does not fit. */
 static int64_t lay_fan(const loxo_mesh_view *m, fast_bench *b, loxo_index v, int64_t k)
 {
+    const loxo_vec3 nowhere = {0.0, 0.0, 0.0};
+    const bool has_lengths = m->halfedge_length != NULL;
     const loxo_index first = m->vertex_halfedge[v];
     const int64_t begin = k;
     loxo_index h = first, y = k_head(m, h);
-    double spoke = square_along(m, h, v, y);
+    const loxo_vec3 at_v = has_lengths ? nowhere : k_position(m, v);
+    loxo_vec3 at_y = has_lengths ? nowhere : k_position(m, y);
+    double spoke = has_lengths ? length_square(m, h) : square(at_v, at_y);
     for (;;) {
         const loxo_index across = k_next(h), back = k_previous(h), z = m->halfedge_vertex[back];
+        const loxo_vec3 at_z = has_lengths ? nowhere : k_position(m, z);
         if (k + 2 > b->capacity) return -1;
         b->halfedge[k] = h;
         b->neighbour[k] = y;
         b->spoke[k] = spoke;
-        b->rim[k] = square_along(m, across, y, z);
+        b->rim[k] = has_lengths ? length_square(m, across) : square(at_y, at_z);
         ++k;
+        spoke = has_lengths ? length_square(m, back) : square(at_z, at_v);
         y = z;
-        spoke = square_along(m, back, z, v);
+        at_y = at_z;
         h = m->halfedge_twin[back];
         if (h < 0 || h == first) break;
     }
@@ -54,7 +59,8 @@ static int64_t lay_fan(const loxo_mesh_view *m, fast_bench *b, loxo_index v, int
 double fast_edge_across(const loxo_mesh_view *m, loxo_index ray)
 {
     const loxo_index h = k_next(ray);
-    return sqrt(square_along(m, h, m->halfedge_vertex[h], k_head(m, h)));
+    if (m->halfedge_length != NULL) return m->halfedge_length[h];
+    return v3_norm(v3_sub(k_position(m, k_head(m, h)), k_position(m, m->halfedge_vertex[h])));
 }
 
 static int64_t count_spokes(const loxo_mesh_view *m, loxo_index v)
