@@ -152,6 +152,8 @@ void cli_report_geodesic(cli_run *run, const loxo_geodesic_info *i, int64_t n_ve
         report_row(out, "heat", "not positive at %s vertices", text_count(i->n_nonpositive_heat));
     if (i->n_lost_heat > 0)
         report_row(out, "heat", "below the range of numbers at %s vertices", text_count(i->n_lost_heat));
+    if (i->n_negative > 0)
+        report_row(out, "negative", "%s vertices, by over a tenth of an edge", text_count(i->n_negative));
     report_row(out, "largest", "%.8g", i->distance_max);
     if (!isnan(i->error_estimate))
         report_row(out, "error", "about %.2g %% on average, or less", 100.0 * i->error_estimate);

@@ -90,6 +90,9 @@ static void show_ours(bench *b, bench_table *table, const paper_mesh *mesh, cons
              mesh->n_subdivisions);
     snprintf(notes, sizeof notes, "%s%s%s", ran ? job->note : job->failure,
              job->note[0] != '\0' && ran && search->how[0] != '\0' ? "; " : "", ran ? search->how : "");
+    /* the table comes when all is done, which may take an hour */
+    fprintf(stderr, "tao2021-table1: %s, %s: %s\n", name, job->method,
+            ran ? bench_stat_text(job->solve_s, 1.0, text[0], sizeof text[0]) : job->failure);
     if (!ran) {
         bench_table_row(table, "%s|%lld|%s|-|-|-|-|-|-|-|-|%s", name, (long long)mesh->n_vertices, job->method, notes);
     } else {

@@ -199,8 +199,8 @@ LOXO_API loxo_status loxo_geodesic_solve(loxo_geodesic *geodesic, const loxo_ind
 LOXO_API loxo_status loxo_geodesic_solve_points(loxo_geodesic *geodesic, const loxo_surface_point *points,
                                                 int64_t n_points, double *distance, loxo_geodesic_info *info);
 
-/* Limits the solves that follow, as settings.max_distance does. Where the method can (edge, face and fast), a solve then costs what
- * the ball costs, a margin around it and a pass over the distances; create costs what it does without a limit. LOXO_ERR_ARGUMENT: not above 0, NaN. */
+/* Limits the solves that follow, as settings.max_distance does. Where the method can (edge, face, exact and fast; heat and variational solve
+ * the whole and cut), a solve then costs what the ball costs, a margin around it and a pass over the distances; create costs what it does without a limit. LOXO_ERR_ARGUMENT: not above 0, NaN. */
 LOXO_API loxo_status loxo_geodesic_limit(loxo_geodesic *geodesic, double max_distance);
 
 /* The nearest source of each vertex, of the last solve: which cell of the geodesic Voronoi diagram it lies in. Where two
@@ -244,8 +244,9 @@ LOXO_API loxo_status loxo_geodesic_farthest_points(loxo_geodesic *geodesic, cons
                                                    double *distance);
 
 /* Distances between points of the surface: matrix[i][j] from point i to point j, by one solve for each i, nothing averaged:
- * how far the matrix is from symmetric tells how far the distances are off. The diagonal is 0. Between vertices a distance
- * is linear on the face, but straight from a point in the same face.
+ * how far the matrix is from symmetric tells how far the distances are off. The diagonal is 0. At a point that is no
+ * vertex a distance follows from those of its face's corners, straight through the edge before it: with exact, exact where
+ * both ends of that edge are lit from one point.
  *   points     [n], as sources of loxo_geodesic_solve_points
  *   matrix     [n][n] out; +infinity where a point does not reach another
  * returns      as loxo_geodesic_farthest_points; LOXO_ERR_NUMERIC: a distance not finite */

@@ -184,7 +184,27 @@ static double straight(const loxo_mesh_view *m, const geodesic_seed *from, const
     return least;
 }
 
-/* The distance at a point, linear between vertices, or straight from a source in its face. */
+/* From the distances of a face's corners to a point in it: along it from a corner, or straight through an edge from a point that
+ * is as far from both of its ends as they say. */
+static double through_face(const loxo_mesh_view *m, const double *distance, const geodesic_seed *to)
+{
+    double length[3], own[3], away[3], least = HUGE_VAL;
+    k_face_lengths(m, to->face, length);
+    const k_layout face = k_layout_of(length);
+    for (int k = 0; k < 3; ++k) {
+        own[k] = distance[m->halfedge_vertex[(int64_t)3 * to->face + k]];
+        away[k] = k_distance_to_corner(face, to->weight, k);
+        least = fmin(least, own[k] + away[k]);
+    }
+    for (int k = 0; k < 3; ++k) {
+        const int next = k == 2 ? 0 : k + 1;
+        if (m->halfedge_twin[(int64_t)3 * to->face + k] < 0) continue; /* nothing comes from beyond a boundary */
+        least = fmin(least, k_unfolded_distance(length[k], away[k], away[next], own[k], own[next], 0.0, 0.0));
+    }
+    return least;
+}
+
+/* The distance at a point: from those of its face's corners, or straight from a source in its face. */
 static double distance_at(const loxo_geodesic *g, const geodesic_seed *from, int64_t n_from, const geodesic_seed *to)
 {
     double sum = 0.0;
@@ -192,11 +212,15 @@ static double distance_at(const loxo_geodesic *g, const geodesic_seed *from, int
     for (int k = 0; k < 3; ++k)
         if (to->weight[k] > 0.0)
             sum += to->weight[k] * g->distance[g->problem.m.halfedge_vertex[(int64_t)3 * to->face + k]];
-    for (int64_t i = 0; i < n_from; ++i) {
-        const double direct = straight(&g->problem.m, &from[i], to);
-        if (direct < sum) sum = direct; /* no fmin: that would hide a sum that is not a number */
-    }
-    return sum;
+    if (!(sum < HUGE_VAL)) return sum; /* not reached, or not a number */
+    double least = HUGE_VAL;
+    geodesic_seed seen[2];
+    const int n_seen = seen_by_faces(&g->problem.m, to, seen);
+    for (int k = 0; k < n_seen; ++k)
+        least = fmin(least, through_face(&g->problem.m, g->distance, &seen[k]));
+    for (int64_t i = 0; i < n_from; ++i)
+        least = fmin(least, straight(&g->problem.m, &from[i], to));
+    return least;
 }
 
 loxo_status loxo_geodesic_matrix(loxo_geodesic *geodesic, const loxo_surface_point *points, int64_t n, double *matrix)
