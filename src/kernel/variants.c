@@ -4,6 +4,7 @@
 
 #include "kernel/admm_kernel.h"
 #include "kernel/descent_kernel.h"
+#include "kernel/moment_kernel.h"
 
 static void relax_blocks(const k_row *row, const k_entry *entry, const float *constant, double *value, int64_t begin,
                          int64_t end, int64_t block_rows, unsigned parity, k_change *change)
@@ -84,6 +85,22 @@ static void admm_face(const loxo_mesh_view *m, double penalty, int64_t begin, in
 
 static void look(k_looks *batch) { k_look(batch); }
 
+static void moments2(const double *atom, const double *weight, int64_t n, const double w[2], double co, double sums[6])
+{
+    if (weight == NULL)
+        k_moments2(atom, NULL, n, w, co, sums);
+    else
+        k_moments2(atom, weight, n, w, co, sums);
+}
+
+static void moments3(const double *atom, const double *weight, int64_t n, const double w[3], double co, double sums[10])
+{
+    if (weight == NULL)
+        k_moments3(atom, NULL, n, w, co, sums);
+    else
+        k_moments3(atom, weight, n, w, co, sums);
+}
+
 static void jet_arrivals(k_jet_batch *batch) { k_jet_arrivals(batch); }
 
 static void ring_corners(int64_t n, double *spoke, const double *rim, double *cosine, double *sine)
@@ -101,5 +118,7 @@ const k_variant K_VARIANT = {.name = K_VARIANT_TEXT,
                              .admm_edge = admm_edge,
                              .admm_face = admm_face,
                              .look = look,
+                             .moments2 = moments2,
+                             .moments3 = moments3,
                              .jet_arrivals = jet_arrivals,
                              .ring_corners = ring_corners};

@@ -31,6 +31,10 @@ typedef struct k_variant {
                       const double (*square)[3], const double (*target)[2], const double (*x)[2], double (*x_next)[2],
                       const double *push, double *push_next);
     void (*look)(k_looks *batch); /* see check_kernel.h */
+    /* see moment_kernel.h */
+    void (*moments2)(const double *atom, const double *weight, int64_t n, const double w[2], double co, double sums[6]);
+    void (*moments3)(const double *atom, const double *weight, int64_t n, const double w[3], double co,
+                     double sums[10]);
     /* see jet_kernel.h */
     void (*jet_arrivals)(k_jet_batch *batch);
     void (*ring_corners)(int64_t n, double *spoke, const double *rim, double *cosine, double *sine);
