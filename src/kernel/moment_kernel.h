@@ -7,6 +7,7 @@
 #ifndef LOXO_KERNEL_MOMENT_KERNEL_H
 #define LOXO_KERNEL_MOMENT_KERNEL_H
 
+#include <stddef.h>
 #include <stdint.h>
 
 #if defined(__AVX512F__)
@@ -24,7 +25,7 @@ typedef double k_wide_anywhere __attribute__((vector_size(8 * K_WIDE), aligned(8
 /* Coordinates of K_WIDE atoms, which stand one behind the other. */
 static inline void k_load_atoms3(const double *p, k_wide *x, k_wide *y, k_wide *z)
 {
-    const k_wide a = K_WIDE_LOAD(p), b = K_WIDE_LOAD(p + K_WIDE), c = K_WIDE_LOAD(p + 2 * K_WIDE);
+    const k_wide a = K_WIDE_LOAD(p), b = K_WIDE_LOAD(p + K_WIDE), c = K_WIDE_LOAD(p + K_WIDE + K_WIDE);
 #if K_WIDE == 8
     /* a: x0 y0 z0 x1 y1 z1 x2 y2  b: z2 x3 y3 z3 x4 y4 z4 x5  c: y5 z5 x6 y6 z6 x7 y7 z7 */
     *x =
@@ -85,7 +86,7 @@ static inline double k_add_lanes(const double *s)
 static inline void k_moments3(const double *atom, const double *weight, int64_t n, const double w[3], double co,
                               double sums[10])
 {
-    const int64_t whole = n - n % 8;
+    const int64_t eights = n / 8, whole = 8 * eights;
     k_wide s[10][K_HALVES];
     for (int k = 0; k < 10; ++k)
         for (int h = 0; h < K_HALVES; ++h)
@@ -96,7 +97,7 @@ static inline void k_moments3(const double *atom, const double *weight, int64_t 
         __builtin_prefetch(atom + 3 * i + 528);
         for (int h = 0; h < K_HALVES; ++h) {
             k_wide x, y, z;
-            k_load_atoms3(atom + 3 * (i + K_WIDE * h), &x, &y, &z);
+            k_load_atoms3(atom + 3 * (i + (int64_t)K_WIDE * h), &x, &y, &z);
             x -= w[0];
             y -= w[1];
             z -= w[2];
@@ -115,7 +116,7 @@ static inline void k_moments3(const double *atom, const double *weight, int64_t 
                 s[8][h] += y * z;
                 s[9][h] += z * z;
             } else {
-                const k_wide p = K_WIDE_LOAD(weight + i + K_WIDE * h), px = p * x, py = p * y, pz = p * z;
+                const k_wide p = K_WIDE_LOAD(weight + i + (int64_t)K_WIDE * h), px = p * x, py = p * y, pz = p * z;
                 s[0][h] += p;
                 s[1][h] += px;
                 s[2][h] += py;
@@ -132,18 +133,18 @@ static inline void k_moments3(const double *atom, const double *weight, int64_t 
     double lanes[80];
     for (int k = 0; k < 10; ++k)
         for (int l = 0; l < 8; ++l)
-            lanes[8 * k + l] = weight == NULL && k == 0 ? (double)(whole / 8) : s[k][l / K_WIDE][l % K_WIDE];
+            lanes[8 * k + l] = weight == NULL && k == 0 ? (double)eights : s[k][l / K_WIDE][l % K_WIDE];
     for (int64_t i = whole; i < n; ++i)
         k_add_atom(3, atom + 3 * i, weight == NULL ? 1.0 : weight[i], w, co, lanes, (int)(i - whole));
     for (int k = 0; k < 10; ++k)
-        sums[k] = k_add_lanes(&lanes[8 * k]);
+        sums[k] = k_add_lanes(lanes + (ptrdiff_t)8 * k);
 }
 
 /* The same in the plane; sums [6]. */
 static inline void k_moments2(const double *atom, const double *weight, int64_t n, const double w[2], double co,
                               double sums[6])
 {
-    const int64_t whole = n - n % 8;
+    const int64_t eights = n / 8, whole = 8 * eights;
     k_wide s[6][K_HALVES];
     for (int k = 0; k < 6; ++k)
         for (int h = 0; h < K_HALVES; ++h)
@@ -153,7 +154,7 @@ static inline void k_moments2(const double *atom, const double *weight, int64_t 
         __builtin_prefetch(atom + 2 * i + 520);
         for (int h = 0; h < K_HALVES; ++h) {
             k_wide x, y;
-            k_load_atoms2(atom + 2 * (i + K_WIDE * h), &x, &y);
+            k_load_atoms2(atom + 2 * (i + (int64_t)K_WIDE * h), &x, &y);
             x -= w[0];
             y -= w[1];
             const k_wide f = co / (x * x + y * y);
@@ -166,7 +167,7 @@ static inline void k_moments2(const double *atom, const double *weight, int64_t 
                 s[4][h] += x * y;
                 s[5][h] += y * y;
             } else {
-                const k_wide p = K_WIDE_LOAD(weight + i + K_WIDE * h), px = p * x, py = p * y;
+                const k_wide p = K_WIDE_LOAD(weight + i + (int64_t)K_WIDE * h), px = p * x, py = p * y;
                 s[0][h] += p;
                 s[1][h] += px;
                 s[2][h] += py;
@@ -179,11 +180,11 @@ static inline void k_moments2(const double *atom, const double *weight, int64_t 
     double lanes[48];
     for (int k = 0; k < 6; ++k)
         for (int l = 0; l < 8; ++l)
-            lanes[8 * k + l] = weight == NULL && k == 0 ? (double)(whole / 8) : s[k][l / K_WIDE][l % K_WIDE];
+            lanes[8 * k + l] = weight == NULL && k == 0 ? (double)eights : s[k][l / K_WIDE][l % K_WIDE];
     for (int64_t i = whole; i < n; ++i)
         k_add_atom(2, atom + 2 * i, weight == NULL ? 1.0 : weight[i], w, co, lanes, (int)(i - whole));
     for (int k = 0; k < 6; ++k)
-        sums[k] = k_add_lanes(&lanes[8 * k]);
+        sums[k] = k_add_lanes(lanes + (ptrdiff_t)8 * k);
 }
 
 #endif

@@ -381,11 +381,12 @@ TEST(floats_are_directions)
     for (int64_t i = 0; i < 3 * 777; ++i)
         x[i] = (float)c.x[i];
     for (int64_t i = 0; i < 777; ++i) {
-        double square = 0.0;
+        /* in long doubles: gcc 12.2 at -O3 -fno-math-errno takes the last of a known number of such roots in single precision */
+        long double square = 0.0L;
         for (int k = 0; k < 3; ++k)
-            square += (double)x[3 * i + k] * (double)x[3 * i + k];
+            square += (long double)x[3 * i + k] * (long double)x[3 * i + k];
         for (int k = 0; k < 3; ++k)
-            c.x[3 * i + k] = (double)x[3 * i + k] / sqrt(square);
+            c.x[3 * i + k] = (double)((long double)x[3 * i + k] / sqrtl(square));
     }
     const hyper_result a = solve(&c, HYPER_DAMPED, 0.0, LOXO_OK);
     c.atoms.x = NULL;
