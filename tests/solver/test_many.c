@@ -187,6 +187,14 @@ TEST(matrix_between_points_of_a_plane)
     for (int i = 0; i < N; ++i)
         for (int j = 0; j < N; ++j)
             CHECK_NEAR(matrix[i][j], hypot(x[i][0] - x[j][0], x[i][1] - x[j][1]), 1e-13);
+    /* within one face it is the straight line, though its corners are beyond the limit; to another face there is none */
+    point[1] = point[0];
+    point[1].weight[0] += 1e-6;
+    point[1].weight[2] -= 1e-6;
+    CHECK_OK(loxo_geodesic_limit(g, 1e-5));
+    CHECK_OK(loxo_geodesic_matrix(g, point, N, &matrix[0][0]));
+    CHECK(matrix[0][1] > 0.0 && matrix[0][1] < 1e-5);
+    CHECK(matrix[0][2] == HUGE_VAL);
     loxo_geodesic_destroy(g);
     surface_destroy(&s);
 }

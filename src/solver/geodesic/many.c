@@ -212,11 +212,11 @@ static double distance_at(const loxo_geodesic *g, const geodesic_seed *from, int
     for (int k = 0; k < 3; ++k)
         if (to->weight[k] > 0.0)
             sum += to->weight[k] * g->distance[g->problem.m.halfedge_vertex[(int64_t)3 * to->face + k]];
-    if (!(sum < HUGE_VAL)) return sum; /* not reached, or not a number */
+    if (isnan(sum)) return sum;
     double least = HUGE_VAL;
     geodesic_seed seen[2];
     const int n_seen = seen_by_faces(&g->problem.m, to, seen);
-    for (int k = 0; k < n_seen; ++k)
+    for (int k = 0; k < n_seen && sum < HUGE_VAL; ++k) /* else a corner was not reached */
         least = fmin(least, through_face(&g->problem.m, g->distance, &seen[k]));
     for (int64_t i = 0; i < n_from; ++i)
         least = fmin(least, straight(&g->problem.m, &from[i], to));
