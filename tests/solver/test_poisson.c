@@ -154,24 +154,25 @@ static double time_of_solve(loxo_geodesic *g, const loxo_index *sources, int64_t
     return (double)(clock() - start) / CLOCKS_PER_SEC;
 }
 
-/* A set of sources costs two solves in place of one, and no factor. Measured: 1.4 times one source; 5 times with a factor. */
+/* A set of sources costs two solves in place of one, and no factor: far less than create, which makes those. */
 TEST(one_factor_serves_all_sets_of_sources)
 {
     if (!loxo_cholesky_is_there()) SKIP();
     NEEDS_IDS(40000 * 6);
     surface s = surface_make(test_context, LOXO_SHAPE_BUMPY, 40000, NAN);
-    double *d = surface_numbers(&s), one = HUGE_VAL, three = HUGE_VAL;
+    double *d = surface_numbers(&s), three = HUGE_VAL;
     loxo_geodesic_settings settings = settings_of(LOXO_GEODESIC_HEAT, LOXO_FACTOR_CHOLESKY);
     loxo_geodesic *g;
     settings.time_factor = 4.0;
+    const clock_t start = clock();
     CHECK_OK(loxo_geodesic_create(test_context, s.mesh, &settings, &g));
+    const double factors = (double)(clock() - start) / CLOCKS_PER_SEC;
     for (loxo_index k = 0; k < 5; ++k) {
         const loxo_index sources[3] = {k, 1000 + k, 30000};
-        one = fmin(one, time_of_solve(g, sources, 1, d));
         three = fmin(three, time_of_solve(g, sources, 3, d));
     }
-    if (!(three < 2.7 * one)) print_error("one source: %.4f s, three: %.4f s\n", one, three);
-    CHECK(three < 2.7 * one);
+    print_message("create %.4f, three sources %.4f s\n", factors, three);
+    CHECK(three < 0.5 * factors);
     loxo_geodesic_destroy(g);
     loxo_release(test_context, d);
     surface_destroy(&s);
