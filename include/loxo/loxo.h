@@ -3,6 +3,7 @@
 #ifndef LOXO_LOXO_H
 #define LOXO_LOXO_H
 
+#include <loxo/barycenter.h>
 #include <loxo/base.h>
 #include <loxo/context.h>
 #include <loxo/draw.h>
@@ -11,6 +12,7 @@
 #include <loxo/lines.h>
 #include <loxo/measure.h>
 #include <loxo/mesh.h>
+#include <loxo/moebius.h>
 #include <loxo/monitor.h>
 
 #endif

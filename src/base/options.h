@@ -42,6 +42,7 @@ bool loxo_option_differs(const loxo_option *option, const void *a, const void *b
 
 /* The tables. Each stands beside its defaults; they are declared here so that tools see one header. */
 extern const loxo_option loxo_geodesic_options[];
+extern const loxo_option loxo_barycenter_options[];
 extern const loxo_option loxo_mesh_options[];
 extern const loxo_option loxo_intrinsic_options[];
 extern const loxo_option loxo_draw_options[];

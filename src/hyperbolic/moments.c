@@ -12,6 +12,9 @@
 #define BLOCK      4096
 #define BUFFER     1024 /* numbers: atoms that cannot be read where they lie go through here, some at a time */
 #define OFF_SPHERE 1e-6
+/* Sums of weights outside are refused: their products and quotients would leave the range of doubles. */
+#define LEAST_WEIGHT 1e-290
+#define MOST_WEIGHT  1e290
 
 static int64_t count_sums(int d) { return 1 + d + (int64_t)d * (d + 1) / 2; }
 
@@ -194,8 +197,9 @@ loxo_status hyper_check_atoms(loxo_context *ctx, const char *who, hyper_atoms *a
             ctx, LOXO_ERR_ARGUMENT, (loxo_place){.byte = -1, .element = wrong},
             "%s: atom %lld is not a point of the sphere (within 1e-6), or its weight is negative or not finite", who,
             (long long)wrong);
-    if (!(weight > 0.0) || !(weight < HUGE_VAL))
-        return loxo_fail(ctx, LOXO_ERR_ARGUMENT, "%s: the atoms have no weight, or more than a double holds", who);
+    if (!(weight > LEAST_WEIGHT) || !(weight < MOST_WEIGHT))
+        return loxo_fail(ctx, LOXO_ERR_ARGUMENT, "%s: the atoms' weights add up to %g, not to something in %g to %g",
+                         who, weight, LEAST_WEIGHT, MOST_WEIGHT);
     atoms->is_unit = is_unit;
     return LOXO_OK;
 }

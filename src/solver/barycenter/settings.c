@@ -1,0 +1,66 @@
+/* SPDX-License-Identifier: MIT
+ * Settings of the barycenter: defaults in one function, everything else about them in one table; names. */
+#include "base/options.h"
+
+#include <loxo/barycenter.h>
+
+#include <math.h>
+
+loxo_barycenter_settings loxo_barycenter_settings_default(void)
+{
+    return (loxo_barycenter_settings){
+        .method = LOXO_BARYCENTER_DAMPED,
+        .tolerance = 0.0,
+        .max_iterations = 100,
+        .regularization = 1.0, /* the paper's alpha */
+    };
+}
+
+#define FIELD(name)              offsetof(loxo_barycenter_settings, name)
+#define CHOICE(NAME, name, help) #name,
+
+static const char *const methods[] = {LOXO_BARYCENTER_METHOD_LIST(CHOICE) NULL};
+
+const loxo_option loxo_barycenter_options[] = {
+    {.name = "method",
+     .type = LOXO_OPTION_CHOICE,
+     .offset = FIELD(method),
+     .choices = methods,
+     .help = "how the barycenter is searched for"},
+    {.name = "tolerance",
+     .type = LOXO_OPTION_DOUBLE,
+     .offset = FIELD(tolerance),
+     .min = 0.0,
+     .max = HUGE_VAL,
+     .help = "of the certified hyperbolic distance; 0: as far as doubles go"},
+    {.name = "max-iterations",
+     .type = LOXO_OPTION_INT64,
+     .offset = FIELD(max_iterations),
+     .min = 0.0,
+     .max = 1e9,
+     .help = "most steps"},
+    {.name = "regularization",
+     .type = LOXO_OPTION_DOUBLE,
+     .offset = FIELD(regularization),
+     .methods = 1U << LOXO_BARYCENTER_REGULARIZED,
+     .min = 0.0,
+     .max = 1e6,
+     .help = "alpha of (29)"},
+    {.name = NULL}};
+
+const char *loxo_barycenter_method_name(loxo_barycenter_method method)
+{
+    return (unsigned)method < LOXO_BARYCENTER_N_METHODS ? methods[method] : "unknown";
+}
+
+const char *loxo_barycenter_class_name(loxo_barycenter_class kind)
+{
+    static const char *const names[] = {"stable", "not unique", "none"};
+    return (unsigned)kind < 3 ? names[kind] : "unknown";
+}
+
+const char *loxo_barycenter_stop_name(loxo_barycenter_stop stop)
+{
+    static const char *const names[] = {"bound", "rounding", "iterations", "ideal", "monitor"};
+    return (unsigned)stop < 5 ? names[stop] : "unknown";
+}
