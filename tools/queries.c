@@ -211,35 +211,90 @@ static loxo_status ask_isolines(cli_run *run, const loxo_mesh *surface, const do
 
 /* ---- paths --------------------------------------------------------------------------------------------------- */
 
-/* Names the first target that no source reaches. */
-static loxo_status check_reached(cli_run *run, const double *distance, const cli_queries *queries)
+/* Why a target has no way. */
+typedef enum missing_way { IS_REACHED, IS_ELSEWHERE, IS_BEYOND, HAS_NO_FACE, N_MISSING } missing_way;
+
+static const char *const missing_text[N_MISSING] = {
+    [IS_REACHED] = "",
+    [IS_ELSEWHERE] = "on another piece of the surface than every source",
+    [IS_BEYOND] = "beyond --max-distance",
+    [HAS_NO_FACE] = "in no face",
+};
+
+static bool has_way(const loxo_polylines *paths, int64_t i) { return paths->line_begin[i + 1] > paths->line_begin[i]; }
+
+static loxo_index component_of(const loxo_index *component, const loxo_surface_point *point)
 {
-    const char *text;
-    int64_t i = 0;
-    for (int cursor = 0; (text = cli_args_next(&run->args, "path", &cursor)) != NULL; ++i)
-        for (int k = 0; k < 3; ++k) {
-            const loxo_index v = queries->target[i].vertex[k];
-            if (v >= 0 && isinf(distance[v]))
-                return cli_fail(run, LOXO_ERR_ARGUMENT, "geodesic: --path %s is not reached from the sources", text);
-        }
-    return LOXO_OK;
+    for (int k = 0; k < 3; ++k)
+        if (point->vertex[k] >= 0) return component[point->vertex[k]];
+    return -1;
 }
 
-static void tell_paths(cli_run *run, const loxo_polylines *paths)
+static missing_way why_missing(const cli_run *run, const loxo_index *component, const loxo_surface_point *target,
+                               const cli_sources *sources)
+{
+    const loxo_index own = component_of(component, target);
+    if (own < 0) return HAS_NO_FACE;
+    if (!cli_args_has_option(&run->args, loxo_options_find(loxo_geodesic_options, "max-distance"))) return IS_ELSEWHERE;
+    for (int64_t i = 0; i < sources->n; ++i)
+        if (component_of(component, &sources->point[i]) == own) return IS_BEYOND;
+    return IS_ELSEWHERE;
+}
+
+/* why [n_targets] out. Pieces of the surface are looked for only where a way is missing. */
+static loxo_status explain_missing(cli_run *run, const loxo_mesh *surface, const cli_sources *sources,
+                                   const cli_queries *queries, missing_way *why)
+{
+    loxo_index *component = NULL;
+    loxo_status status = LOXO_OK;
+    for (int64_t i = 0; i < queries->n_targets && status >= 0; ++i) {
+        why[i] = IS_REACHED;
+        if (has_way(&queries->paths, i)) continue;
+        if (component == NULL) {
+            component = loxo_allocate(run->ctx, loxo_mesh_n_vertices(surface), sizeof *component);
+            status = component != NULL ? loxo_mesh_components(surface, component, NULL) : LOXO_ERR_MEMORY;
+        }
+        if (status >= 0) why[i] = why_missing(run, component, &queries->target[i], sources);
+    }
+    loxo_release(run->ctx, component);
+    return status;
+}
+
+/* One warning a reason, with the first target that it holds for. */
+static void warn_of_missing(cli_run *run, int64_t n_targets, const missing_way *why)
+{
+    const char *text, *first[N_MISSING] = {NULL};
+    int64_t count[N_MISSING] = {0}, i = 0;
+    for (int cursor = 0; i < n_targets && (text = cli_args_next(&run->args, "path", &cursor)) != NULL; ++i)
+        if (count[why[i]]++ == 0) first[why[i]] = text;
+    for (int k = IS_REACHED + 1; k < N_MISSING; ++k)
+        if (count[k] == 1)
+            cli_warn(run, 1, "--path %s is not reached: it is %s", first[k], missing_text[k]);
+        else if (count[k] > 1)
+            cli_warn(run, count[k], "--path %s and %lld more are not reached: they are %s", first[k],
+                     (long long)count[k] - 1, missing_text[k]);
+}
+
+static void tell_paths(cli_run *run, const loxo_polylines *paths, const missing_way *why)
 {
     json_t *list = json_put_array(run->report.json, "paths");
     const char *text;
     int64_t i = 0;
     for (int cursor = 0; (text = cli_args_next(&run->args, "path", &cursor)) != NULL; ++i) {
-        const double length = loxo_polyline_length(paths, i);
+        const bool is_there = why[i] == IS_REACHED;
+        const double length = is_there ? loxo_polyline_length(paths, i) : (double)INFINITY;
         json_t *entry = json_object();
         json_put_text(entry, "from", text);
+        json_put_bool(entry, "is_reached", is_there);
+        if (!is_there) json_put_text(entry, "reason", missing_text[why[i]]);
         json_put_number(entry, "length", length);
         json_put_number(entry, "distance", paths->value[i]);
         json_put_integer(entry, "n_points", paths->line_begin[i + 1] - paths->line_begin[i]);
         json_append(list, entry);
-        if (i < MOST_TOLD)
+        if (i < MOST_TOLD && is_there)
             report_row(&run->report, "path", "from %s: %.6g long, distance %.6g", text, length, paths->value[i]);
+        else if (i < MOST_TOLD)
+            report_row(&run->report, "path", "from %s: none, it is %s", text, missing_text[why[i]]);
     }
 }
 
@@ -248,12 +303,18 @@ static loxo_status ask_paths(cli_run *run, loxo_geodesic *geodesic, const loxo_m
 {
     const loxo_surface_point *target = queries->target;
     const int64_t n = queries->n_targets;
-    loxo_status status = check_reached(run, distance, queries);
-    if (status >= 0) status = loxo_geodesic_paths(geodesic, target, n, &queries->paths);
+    missing_way *why = loxo_allocate(run->ctx, n, sizeof *why);
+    if (why == NULL) return LOXO_ERR_MEMORY;
+    loxo_status status = loxo_geodesic_paths(geodesic, target, n, &queries->paths);
     if (status == LOXO_ERR_UNSUPPORTED) /* of an intrinsic triangulation */
         status =
             loxo_geodesic_trace(run->ctx, surface, distance, sources->point, sources->n, target, n, &queries->paths);
-    if (status >= 0) tell_paths(run, &queries->paths);
+    if (status >= 0) status = explain_missing(run, surface, sources, queries, why);
+    if (status >= 0) {
+        warn_of_missing(run, n, why);
+        tell_paths(run, &queries->paths, why);
+    }
+    loxo_release(run->ctx, why);
     return status;
 }
 

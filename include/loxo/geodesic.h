@@ -213,10 +213,11 @@ LOXO_API loxo_status loxo_geodesic_nearest(const loxo_geodesic *geodesic, loxo_i
  * with pi or more on both sides of every vertex that they pass, but at boundaries. Method exact gives the shortest; for the
  * others a way goes down the distances, against the gradient through each face, and is then drawn tight: it is the shortest of
  * those beside it, and near the cut locus may be another geodesic than the shortest.
- *   targets    [n_targets], as sources of loxo_geodesic_solve_points; a distance that is infinite has no way
+ *   targets    [n_targets], as sources of loxo_geodesic_solve_points
  *   lines      out: line i begins at target i and ends at a source, its value is the target's distance as solved, linear between
- *              vertices; loxo_polyline_length tells its length. Freed by loxo_polylines_destroy
- * returns      LOXO_OK; LOXO_ERR_ARGUMENT (element: the target): as for sources, or not reached; before the first solve;
+ *              vertices; loxo_polyline_length tells its length. Of a target that no source reaches (another piece of the surface, a vertex
+ *              without faces, beyond the limit) it has no points, and infinity as its value. Freed by loxo_polylines_destroy
+ * returns      LOXO_OK; LOXO_ERR_ARGUMENT (element: the target): as for sources; before the first solve;
  *              LOXO_ERR_UNSUPPORTED: an intrinsic triangulation (use loxo_geodesic_trace on its surface); LOXO_ERR_MEMORY
  * cost         the lengths of the ways, some rounds over them and 150 bytes a face of the longest, and where the distances have
  *              low points of their own a search around them; method exact

@@ -102,7 +102,8 @@ LOXO_API loxo_status loxo_write_field(loxo_context *ctx, const char *path, const
 /* Writes a matrix [n_rows][n_columns] as .npy (float64), or as .csv without a header. */
 LOXO_API loxo_status loxo_write_matrix(loxo_context *ctx, const char *path, const double *value, int64_t n_rows,
                                        int64_t n_columns);
-/* Writes lines on a surface: .obj (elements l), .vtp, or .csv (line,value,x,y,z: a row a point). "-" gets csv. */
+/* Writes lines on a surface: .obj (elements l), .vtp, or .csv (line,value,x,y,z: a row a point). "-" gets csv. Lines without points are
+ * left out; in the csv the others keep their numbers. */
 LOXO_API loxo_status loxo_write_polylines(loxo_context *ctx, const char *path, const loxo_polylines *lines);
 /* Whether path could be written now: directory there and writable, not a directory, device or other special file. */
 LOXO_API loxo_status loxo_write_check(loxo_context *ctx, const char *path);

@@ -13,7 +13,8 @@ extern "C" {
  * one face. All arrays come from loxo_allocate. */
 typedef struct loxo_polylines {
     int64_t n_lines, n_points;
-    int64_t *line_begin; /* [n_lines + 1] points of line i are line_begin[i] .. line_begin[i + 1] - 1, two at least */
+    int64_t *line_begin; /* [n_lines + 1] points of line i are line_begin[i] .. line_begin[i + 1] - 1: two at least, or
+                            none, of a way that there is not */
     double *value;       /* [n_lines] what the line is of: the field's value on it, or where it begins */
     bool *is_closed;     /* [n_lines] the first point stands at the end again, to the bit */
     loxo_surface_point *point; /* [n_points] */

@@ -212,6 +212,13 @@ LOXO_API loxo_mesh_view loxo_mesh_get_view(const loxo_mesh *mesh);
 /* The mesh's own number of every caller's vertex, [loxo_mesh_n_vertices] out: of a welded one that of the vertex it
  * became, of a split one that of its first copy. LOXO_OK, LOXO_ERR_ARGUMENT (NULL). */
 LOXO_API loxo_status loxo_mesh_vertex_order(const loxo_mesh *mesh, loxo_index *original_to_mesh);
+/* Which connected piece of the surface every caller's vertex lies in.
+ *   component      [loxo_mesh_n_vertices] out: numbers from 0 on, in the order of their lowest vertices; -1: a vertex without
+ *                  faces. Of a vertex that a repair has split, that of its first copy
+ *   n_components   out, may be NULL
+ * returns          LOXO_OK; LOXO_ERR_ARGUMENT (NULL); LOXO_ERR_MEMORY: 4 bytes a vertex for its time
+ * cost             a pass over the faces */
+LOXO_API loxo_status loxo_mesh_components(const loxo_mesh *mesh, loxo_index *component, int64_t *n_components);
 /* A point on the surface: a barycentric combination of up to three of the caller's vertices, of one face. */
 typedef struct loxo_surface_point {
     loxo_index vertex[3]; /* -1 where unused */

@@ -69,9 +69,18 @@ static void put_u64(loxo_stream *stream, uint64_t value)
     stream->used += 8;
 }
 
+static bool has_points(const loxo_polylines *lines, int64_t i)
+{
+    return lines->line_begin[i + 1] > lines->line_begin[i];
+}
+
+/* Lines without points are left out: readers stumble over cells of none. */
 static void write_vtp(loxo_stream *stream, const loxo_polylines *lines)
 {
-    const uint64_t n_points = (uint64_t)lines->n_points, n_lines = (uint64_t)lines->n_lines;
+    uint64_t n_lines = 0;
+    for (int64_t i = 0; i < lines->n_lines; ++i)
+        n_lines += has_points(lines, i);
+    const uint64_t n_points = (uint64_t)lines->n_points;
     const uint64_t points_at = 8 + 8 * n_lines, ids_at = points_at + 8 + 24 * n_points,
                    ends_at = ids_at + 8 + 8 * n_points;
     loxo_stream_text(stream, "<?xml version=\"1.0\"?>\n<VTKFile type=\"PolyData\" version=\"1.0\" "
@@ -93,15 +102,16 @@ static void write_vtp(loxo_stream *stream, const loxo_polylines *lines)
                        (unsigned long long)ids_at, (unsigned long long)ends_at);
     loxo_stream_text(stream, "    </Piece>\n  </PolyData>\n  <AppendedData encoding=\"raw\">\n_");
     put_u64(stream, 8 * n_lines);
-    loxo_stream_put_le(stream, lines->value, lines->n_lines, 8);
+    for (int64_t i = 0; i < lines->n_lines; ++i)
+        if (has_points(lines, i)) loxo_stream_put_le(stream, &lines->value[i], 1, 8);
     put_u64(stream, 24 * n_points);
     loxo_stream_put_le(stream, lines->position, 3 * lines->n_points, 8);
     put_u64(stream, 8 * n_points);
     for (uint64_t p = 0; p < n_points; ++p)
         put_u64(stream, p);
     put_u64(stream, 8 * n_lines);
-    for (uint64_t i = 0; i < n_lines; ++i)
-        put_u64(stream, (uint64_t)lines->line_begin[i + 1]);
+    for (int64_t i = 0; i < lines->n_lines; ++i)
+        if (has_points(lines, i)) put_u64(stream, (uint64_t)lines->line_begin[i + 1]);
     loxo_stream_text(stream, "\n  </AppendedData>\n</VTKFile>\n");
 }
 

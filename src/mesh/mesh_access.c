@@ -2,6 +2,7 @@
  * Settings, estimate and the ways into and out of a finished mesh. */
 #include "base/allocate.h"
 #include "base/options.h"
+#include "mesh/components.h"
 #include "mesh/mesh_internal.h"
 #include "par/range.h"
 
@@ -116,6 +117,28 @@ loxo_status loxo_mesh_vertex_order(const loxo_mesh *mesh, loxo_index *original_t
                 original_to_mesh[i] = (loxo_index)i;
         }
     }
+    return LOXO_OK;
+}
+
+loxo_status loxo_mesh_components(const loxo_mesh *mesh, loxo_index *component, int64_t *n_components)
+{
+    const loxo_mesh_view *m = &mesh->view;
+    int64_t n_found = 0;
+    loxo_status status = loxo_mesh_vertex_order(mesh, component);
+    if (status < 0) return status;
+    loxo_index *parent = loxo_allocate(mesh->ctx, m->n_vertices, sizeof *parent);
+    if (parent == NULL) return LOXO_ERR_MEMORY;
+    (void)loxo_join_faces(mesh->ctx, m->n_vertices, m->n_faces, m->halfedge_vertex, parent);
+    for (int64_t v = 0; v < mesh->n_caller_vertices; ++v) {
+        const loxo_index own = component[v];
+        component[v] = -1;
+        if (own < 0 || m->vertex_halfedge[own] < 0) continue;
+        const loxo_index root = parent[own] < 0 ? own : parent[own];
+        if (parent[root] >= 0) parent[root] = (loxo_index)(-1 - n_found++); /* from here on its number */
+        component[v] = (loxo_index)(-1 - parent[root]);
+    }
+    loxo_release(mesh->ctx, parent);
+    if (n_components != NULL) *n_components = n_found;
     return LOXO_OK;
 }
 

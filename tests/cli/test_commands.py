@@ -346,13 +346,43 @@ def geodesic_queries_that_are_wrong():
             (["--path", "1", "--path-output", "nowhere/w.obj"], 9, "nowhere"),
             (["--max-distance", "0"], 2, "max-distance"), (["--max-distance", "nan"], 2, "max-distance")):
         loxo("geodesic", mesh, "-s", "0", "-o", "d.npy", *words).fails(code, text)
-    two = off("two.off", [(0, 0, 0), (1, 0, 0), (0, 1, 0), (5, 0, 0), (6, 0, 0), (5, 1, 0)], [(0, 1, 2), (3, 4, 5)])
-    for target in ("5", "5.2,0.1,0"):
-        loxo("geodesic", two, "-s", "0", "-o", "d.npy", "--path", target).fails(
-            2, f"--path {target} is not reached from the sources")
     assert "d.npy" not in files()
     loxo("geodesic", "-", "--sources", "-", "-o", "d.npy").fails(2, "geodesic: standard input can be read only once")
     loxo("measure", "-", "-").fails(2, "standard input can be read only once")
+
+
+@test
+def paths_from_where_no_source_reaches():
+    # two strips that do not touch, and a vertex of no face: the other ways and all files are there, one line tells why
+    strip = [(i // 2, i % 2, 0) for i in range(12)]
+    faces = [t for i in range(0, 10, 2) for t in ((i, i + 2, i + 1), (i + 1, i + 2, i + 3))]
+    mesh = off("two.off", strip + [(x, y, 5) for x, y, _ in strip] + [(9, 9, 9)],
+               faces + [tuple(i + 12 for i in t) for t in faces])
+    elsewhere, beyond, nowhere = ("on another piece of the surface than every source", "beyond --max-distance",
+                                  "in no face")
+    for method in ("exact", "fast", "edge", "heat"):
+        for more in ([], ["--intrinsic"]):
+            r = loxo("geodesic", mesh, "-s", "0", "--method", method, *more, "--path", "4", "--path", "20", "--path",
+                     "2.2,0.1,5", "--path", "24", "--path", "1", "--path-output", "w.csv", "-o", "d.npy", "--json",
+                     "-").is_code(0)
+            assert files() == ["d.npy", "two.off", "w.csv"]
+            paths = r.json["paths"]
+            assert [p["is_reached"] for p in paths] == [True, False, False, False, True], paths
+            assert [p.get("reason") for p in paths] == [None, elsewhere, elsewhere, nowhere, None], paths
+            assert paths[1]["length"] is None and paths[1]["distance"] is None and paths[1]["n_points"] == 0
+            assert abs(paths[0]["length"] - 2) < 0.1 and abs(paths[4]["length"] - 1) < 1e-9, paths
+            r.has_err(rf"^two\.off: warning: --path 20 and 1 more are not reached: they are {elsewhere}$")
+            r.has_err(rf"^two\.off: warning: --path 24 is not reached: it is {nowhere}$")
+            r.has_err(rf"^path +from 20: none, it is {elsewhere}$")
+            assert {row.split(",")[0] for row in read("w.csv").decode().splitlines()[1:]} == {"0", "4"}
+    words = ["geodesic", mesh, "-s", "0", "--max-distance", "2.5", "-o", "d.npy", "--path", "10", "--path", "20"]
+    r = loxo(*words, "--json", "-").is_code(0)
+    assert [p["reason"] for p in r.json["paths"]] == [beyond, elsewhere], r.json["paths"]
+    assert sum("is not reached" in w["text"] for w in r.json["warnings"]) == 2, r.json["warnings"]
+    loxo(*words, "--strict").is_code(1)
+    # nothing but ways that are none: still written, and empty
+    loxo("geodesic", mesh, "-s", "0", "--path", "24", "--path-output", "w.obj").is_code(0)
+    assert read("w.obj") == b""
 
 
 @test

@@ -6,6 +6,7 @@
 #include "surfaces.h"
 
 #include <loxo/geodesic.h>
+#include <loxo/io.h>
 
 static loxo_surface_point at(loxo_index v) { return (loxo_surface_point){{v, -1, -1}, {1.0, 0.0, 0.0}}; }
 
@@ -281,29 +282,37 @@ TEST(ways_go_down)
 TEST(ways_that_are_none)
 {
     /* two triangles that do not touch */
-    static const double position[18] = {0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0,
-                                        5.0, 0.0, 0.0, 6.0, 0.0, 0.0, 5.0, 1.0, 0.0};
+    static const double position[21] = {0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 5.0, 0.0,
+                                        0.0, 6.0, 0.0, 0.0, 5.0, 1.0, 0.0, 9.0, 9.0, 9.0};
     static const loxo_index triangle[6] = {0, 1, 2, 3, 4, 5};
-    surface s = surface_small(test_context, 6, position, 2, triangle);
+    surface s = surface_small(test_context, 7, position, 2, triangle);
     const loxo_geodesic_settings settings = unjudged_settings(LOXO_GEODESIC_EDGE);
-    const loxo_surface_point near = at(1), far[2] = {at(2), at(4)}, wrong = {{0, 1, 4}, {0.3, 0.3, 0.4}};
+    const loxo_surface_point near = at(1), far[4] = {at(2), at(4), at(6), at(0)}, wrong = {{0, 1, 4}, {0.3, 0.3, 0.4}};
     loxo_geodesic *g = NULL;
     loxo_polylines lines;
-    double distance[6];
+    double distance[7];
     CHECK_OK(loxo_geodesic_create(test_context, s.mesh, &settings, &g));
     CHECK_OK(loxo_geodesic_solve(g, (const loxo_index[]){1}, 1, distance, NULL));
     CHECK_OK(loxo_geodesic_paths(g, &near, 1, &lines)); /* from the source to itself: one point, twice */
     CHECK_EQUAL(lines.n_points, 2);
     CHECK_EQUAL(loxo_polyline_length(&lines, 0), 0.0);
     loxo_polylines_destroy(test_context, &lines);
-    CHECK_STATUS(test_context, loxo_geodesic_paths(g, far, 2, &lines), LOXO_ERR_ARGUMENT);
-    CHECK_EQUAL(loxo_context_failure(test_context)->element, 1);
-    CHECK(lines.line_begin == NULL);
+    CHECK_OK(loxo_geodesic_paths(g, far, 4, &lines)); /* the others have theirs */
+    CHECK_EQUAL(lines.n_lines, 4);
+    CHECK_EQUAL(loxo_polyline_length(&lines, 0), sqrt(2.0));
+    CHECK_EQUAL(lines.line_begin[1], lines.line_begin[3]); /* the other triangle; no face */
+    CHECK(lines.value[1] == HUGE_VAL && lines.value[2] == HUGE_VAL);
+    CHECK_EQUAL(lines.line_begin[4], lines.n_points);
+    CHECK_NEAR(loxo_polyline_length(&lines, 3), 1.0, 1e-15);
+    CHECK_OK(loxo_write_polylines(test_context, test_scratch("w.vtp"), &lines));
+    CHECK_OK(loxo_write_polylines(test_context, test_scratch("w.csv"), &lines));
+    loxo_polylines_destroy(test_context, &lines);
     CHECK_STATUS(test_context, loxo_geodesic_paths(g, &wrong, 1, &lines), LOXO_ERR_ARGUMENT);
+    CHECK(lines.line_begin == NULL);
     CHECK_STATUS(test_context, loxo_geodesic_paths(g, &near, 0, &lines), LOXO_ERR_ARGUMENT);
     loxo_geodesic_destroy(g);
     /* a field that is finite where no source is */
-    static const double field[6] = {1.0, 0.0, 1.0, 3.0, 2.0, 3.0};
+    static const double field[7] = {1.0, 0.0, 1.0, 3.0, 2.0, 3.0, 4.0};
     CHECK_STATUS(test_context, loxo_geodesic_trace(test_context, s.mesh, field, &near, 1, &far[1], 1, &lines),
                  LOXO_ERR_ARGUMENT);
     surface_destroy(&s);

@@ -452,6 +452,37 @@ TEST(every_allocation_may_fail)
     loxo_soup_destroy(test_context, &broken);
 }
 
+/* Two tetrahedra, a vertex of no face between them, and two triangles that touch in one vertex, which a repair splits. */
+TEST(pieces_are_numbered)
+{
+    loxo_soup soup = shape_tetrahedron(test_context), lone = shape_empty(test_context, 1, 0),
+              second = shape_tetrahedron(test_context), tie = shape_bow_tie(test_context);
+    static const loxo_index want[14] = {0, 0, 0, 0, -1, 1, 1, 1, 1, 2, 2, 2, 3, 3};
+    shape_append(test_context, &soup, &lone);
+    shape_append(test_context, &soup, &second);
+    shape_append(test_context, &soup, &tie);
+    for (int i = 0; i < 14; ++i) /* nothing is welded */
+        soup.position[3 * i] += 0.01 * i;
+    const loxo_mesh_arrays arrays = loxo_soup_arrays(&soup);
+    for (int order = LOXO_ORDER_GIVEN; order <= LOXO_ORDER_BFS; ++order) {
+        loxo_mesh_settings settings = order_of((loxo_order)order);
+        loxo_mesh *mesh = NULL;
+        loxo_index component[14];
+        int64_t n = 0;
+        settings.repair = true;
+        CHECK(loxo_mesh_create(test_context, &arrays, LOXO_COPY, &settings, NULL, &mesh) >= 0);
+        CHECK_OK(loxo_mesh_components(mesh, component, &n));
+        CHECK_EQUAL(n, 4);
+        CHECK(memcmp(component, want, 9 * sizeof *want) == 0);
+        /* the split vertex is of its first copy's piece: which of the two that is, depends on the order */
+        CHECK(component[10] == component[11] && component[12] == component[13] && component[10] != component[12]);
+        CHECK(component[9] == component[10] || component[9] == component[12]);
+        CHECK_STATUS(test_context, loxo_mesh_components(mesh, NULL, NULL), LOXO_ERR_ARGUMENT);
+        loxo_mesh_destroy(mesh);
+    }
+    loxo_soup_destroy(test_context, &soup);
+}
+
 static int stop_at_once(void *user, const loxo_progress *progress)
 {
     (void)user;

@@ -132,6 +132,14 @@ loxo_status line_add_in_face(line_builder *b, int64_t f, const double weight[3])
     return append(b, &point, position);
 }
 
+/* There is room for it. */
+static void keep_line(loxo_polylines *l, double value, bool is_closed)
+{
+    l->value[l->n_lines] = value;
+    l->is_closed[l->n_lines] = is_closed;
+    l->line_begin[++l->n_lines] = l->n_points;
+}
+
 loxo_status line_end(line_builder *b, double value, bool is_closed)
 {
     loxo_polylines *l = &b->lines;
@@ -143,11 +151,16 @@ loxo_status line_end(line_builder *b, double value, bool is_closed)
     const loxo_surface_point first = l->point[begin];
     loxo_status status = reserve_line(b);
     if (status >= 0 && is_closed) status = append(b, &first, v3_load(l->position[begin]));
-    if (status < 0) return status;
-    l->value[l->n_lines] = value;
-    l->is_closed[l->n_lines] = is_closed;
-    l->line_begin[++l->n_lines] = l->n_points;
-    return LOXO_OK;
+    if (status >= 0) keep_line(l, value, is_closed);
+    return status;
+}
+
+loxo_status line_end_none(line_builder *b, double value)
+{
+    const loxo_status status = reserve_line(b);
+    b->lines.n_points = b->lines.line_begin[b->lines.n_lines];
+    if (status >= 0) keep_line(&b->lines, value, false);
+    return status;
 }
 
 loxo_status line_end_way(line_builder *b, double value)

@@ -27,6 +27,8 @@ loxo_status line_add_in_face(line_builder *builder, int64_t f, const double weig
 loxo_status line_end(line_builder *builder, double value, bool is_closed);
 /* The same of a way, which is kept, with its point twice, where it ends where it begins. */
 loxo_status line_end_way(line_builder *builder, double value);
+/* A way that there is not: a line without points. LOXO_OK, LOXO_ERR_MEMORY. */
+loxo_status line_end_none(line_builder *builder, double value);
 /* Points of the line that is being made. */
 int64_t line_n_points(const line_builder *builder);
 

@@ -25,9 +25,10 @@ loxo_status geodesic_seeds_from_vertices(const geodesic_problem *problem, const 
 /* A point with a repaired edge may be several. LOXO_ERR_ARGUMENT: with the number of the point. */
 loxo_status geodesic_seeds_from_points(const geodesic_problem *problem, const loxo_surface_point *points,
                                        int64_t n_points, geodesic_seed **seeds, int64_t *n_seeds);
-/* The same of each point by itself: those of point i are begin[i] .. begin[i + 1] - 1. begin [n_points + 1] is new, too. */
+/* The same of each point by itself: those of point i are begin[i] .. begin[i + 1] - 1. begin [n_points + 1] is new, too. Where
+ * no faces are needed a vertex without them has no seed. */
 loxo_status geodesic_seeds_by_point(const geodesic_problem *problem, const loxo_surface_point *points, int64_t n_points,
-                                    geodesic_seed **seeds, int64_t **begin);
+                                    bool needs_faces, geodesic_seed **seeds, int64_t **begin);
 
 /* check.c: looks at distances in the mesh's order, at those of a list of vertices, or of all (NULL). LOXO_ERR_NUMERIC: one
  * is not a number. */

@@ -232,7 +232,7 @@ loxo_status loxo_geodesic_matrix(loxo_geodesic *geodesic, const loxo_surface_poi
     int64_t *begin = NULL;
     loxo_status worst = LOXO_OK;
     if (matrix == NULL) return loxo_fail(ctx, LOXO_ERR_ARGUMENT, "geodesic: the output array is NULL");
-    loxo_status status = geodesic_seeds_by_point(&g->problem, points, n, &seeds, &begin);
+    loxo_status status = geodesic_seeds_by_point(&g->problem, points, n, true, &seeds, &begin);
     loxo_progress_begin(ctx);
     for (int64_t i = 0; i < n && status >= 0; ++i) {
         const geodesic_seed *from = &seeds[begin[i]];

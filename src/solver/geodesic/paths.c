@@ -81,6 +81,7 @@ static loxo_status find_path(path_finder *p, geodesic_seed *from, int64_t n, int
     loxo_context *ctx = p->problem->ctx;
     const loxo_place place = {.byte = -1, .element = i};
     loxo_status status = LOXO_ERR_ARGUMENT;
+    if (n == 0) return line_end_none(builder, HUGE_VAL); /* no face has it */
     for (int64_t k = 0; k < n; ++k) {
         int64_t best = k;
         for (int64_t j = k + 1; j < n; ++j)
@@ -89,8 +90,7 @@ static loxo_status find_path(path_finder *p, geodesic_seed *from, int64_t n, int
         from[best] = from[k];
         from[k] = seed;
         const double distance = distance_at(p, &seed);
-        if (k == 0 && !isfinite(distance))
-            return loxo_fail_at(ctx, LOXO_ERR_ARGUMENT, place, "target %" PRId64 " is not reached by the sources", i);
+        if (k == 0 && !isfinite(distance)) return line_end_none(builder, HUGE_VAL);
         if (!isfinite(distance)) break;
         status = trace(p, &seed, builder);
         if (status >= 0) return line_end_way(builder, distance);
@@ -107,7 +107,7 @@ static loxo_status find_paths(path_finder *p, const geodesic_seed *seeds, int64_
     line_builder builder;
     geodesic_seed *from = NULL;
     int64_t *from_begin = NULL;
-    loxo_status status = geodesic_seeds_by_point(p->problem, targets, n_targets, &from, &from_begin);
+    loxo_status status = geodesic_seeds_by_point(p->problem, targets, n_targets, false, &from, &from_begin);
     if (status < 0) status = fail_target(ctx, status);
     if (status >= 0) status = line_builder_begin(ctx, &p->problem->m, &builder);
     if (status < 0) goto done;

@@ -194,9 +194,11 @@ static loxo_status fail_at(const geodesic_problem *problem, loxo_status status, 
     return loxo_fail_at(problem->ctx, status, place, "geodesic: %s %" PRId64, what, number);
 }
 
+#define NO_FACE (-2) /* in the place of the number of a vertex without faces */
+
 /* Vertices of the caller in the mesh's numbers, in place; -1, where they are allowed, stays. LOXO_ERR_ARGUMENT: out of
- * range; LOXO_ERR_MESH: without a face. */
-static loxo_status to_own(const geodesic_problem *problem, int64_t n, int n_each, loxo_index *vertex)
+ * range; LOXO_ERR_MESH: without a face, where it has to have one. */
+static loxo_status to_own(const geodesic_problem *problem, int64_t n, int n_each, bool needs_faces, loxo_index *vertex)
 {
     const loxo_mesh_view *m = &problem->m;
     const int64_t n_caller = loxo_mesh_n_vertices(problem->mesh);
@@ -211,6 +213,8 @@ static loxo_status to_own(const geodesic_problem *problem, int64_t n, int n_each
     loxo_status status = loxo_mesh_indices_from_caller(problem->mesh, n, vertex, own);
     for (int64_t i = 0; i < n && status >= 0; ++i)
         if (vertex[i] >= 0 && (own[i] < 0 || m->vertex_halfedge[own[i]] < 0)) {
+            own[i] = NO_FACE;
+            if (!needs_faces) continue;
             const loxo_place place = {.byte = -1, .element = n_each == 1 ? vertex[i] : i / n_each};
             status = loxo_fail_at(problem->ctx, LOXO_ERR_MESH, place, "geodesic: source %" PRId64 " belongs to no face",
                                   (int64_t)vertex[i]);
@@ -232,7 +236,7 @@ loxo_status geodesic_seeds_from_vertices(const geodesic_problem *problem, const 
     loxo_index *own = loxo_allocate(problem->ctx, n_sources, sizeof *own);
     if (own == NULL) return LOXO_ERR_MEMORY;
     memcpy(own, sources, (size_t)n_sources * sizeof *own);
-    loxo_status status = to_own(problem, n_sources, 1, own);
+    loxo_status status = to_own(problem, n_sources, 1, true, own);
     if (status >= 0) status = list_copies(problem, &list.copies);
     for (int64_t i = 0; i < n_sources && status >= 0; ++i)
         status = append_vertex(&list, &own[i], (loxo_index)i);
@@ -267,8 +271,17 @@ static int corners_of(const loxo_surface_point *point, const loxo_index *own, lo
     return n;
 }
 
+static bool is_faceless(const loxo_surface_point *point, const loxo_index *own)
+{
+    for (int k = 0; k < 3; ++k)
+        if (own[k] == NO_FACE && fabs(point->weight[k] - 1.0) <= WEIGHTS_WITHIN) return true;
+    return false;
+}
+
+/* Of a vertex without faces, where it is allowed, nothing. */
 static loxo_status append_point(seed_list *list, const loxo_surface_point *point, const loxo_index *own, int64_t i)
 {
+    if (is_faceless(point, own)) return LOXO_OK;
     loxo_index corner[3];
     double weight[3];
     const int64_t before = list->n;
@@ -286,7 +299,7 @@ static loxo_status append_point(seed_list *list, const loxo_surface_point *point
 }
 
 /* Seeds of all points, in their order. */
-static loxo_status list_points(seed_list *list, const loxo_surface_point *points, int64_t n_points)
+static loxo_status list_points(seed_list *list, const loxo_surface_point *points, int64_t n_points, bool needs_faces)
 {
     const geodesic_problem *problem = list->problem;
     if (points == NULL || n_points < 1)
@@ -296,7 +309,7 @@ static loxo_status list_points(seed_list *list, const loxo_surface_point *points
     if (own == NULL) return LOXO_ERR_MEMORY;
     for (int64_t i = 0; i < 3 * n_points; ++i)
         own[i] = points[i / 3].vertex[i % 3];
-    loxo_status status = to_own(problem, 3 * n_points, 3, own);
+    loxo_status status = to_own(problem, 3 * n_points, 3, needs_faces, own);
     if (status >= 0) status = list_copies(problem, &list->copies);
     for (int64_t i = 0; i < n_points && status >= 0; ++i)
         status = append_point(list, &points[i], &own[3 * i], i);
@@ -310,16 +323,16 @@ loxo_status geodesic_seeds_from_points(const geodesic_problem *problem, const lo
     seed_list list = {.problem = problem};
     *seeds = NULL;
     *n_seeds = 0;
-    return finish(&list, list_points(&list, points, n_points), seeds, n_seeds);
+    return finish(&list, list_points(&list, points, n_points, true), seeds, n_seeds);
 }
 
 loxo_status geodesic_seeds_by_point(const geodesic_problem *problem, const loxo_surface_point *points, int64_t n_points,
-                                    geodesic_seed **seeds, int64_t **begin)
+                                    bool needs_faces, geodesic_seed **seeds, int64_t **begin)
 {
     seed_list list = {.problem = problem};
     *seeds = NULL;
     *begin = NULL;
-    loxo_status status = list_points(&list, points, n_points);
+    loxo_status status = list_points(&list, points, n_points, needs_faces);
     if (status >= 0 && (*begin = loxo_allocate(problem->ctx, n_points + 1, sizeof **begin)) == NULL)
         status = LOXO_ERR_MEMORY;
     if (status >= 0) {
