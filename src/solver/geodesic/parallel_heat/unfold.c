@@ -18,14 +18,15 @@
 #define MOST_FOUND           512 /* a chunk keeps so many before it claims room in the queue for them */
 #define MIN_ROUND_PER_THREAD 256 /* rounds smaller than this on average are not worth sharing out */
 #define MOST_PASSES          30
-#define FEW_OF               2000    /* a pass is not worth it for one vertex of so many */
+#define FEW_OF               1000    /* a pass is not worth it for one vertex of so many */
 #define AGAIN                (-1000) /* in the place of a number of edges to wait for */
 /* Measured, see README.md. How far beyond an edge's end a line may cross it, in lengths of the edge: where a line just misses,
  * the next face sees it from the side, over distances that are less certain. */
 #define REACH 0.3
 /* What was done before a neighbour that is nearer by so many lengths of the edge is done again. */
-#define EARLY      0.3
-#define LEAST_GAIN 1e-3 /* mean edge lengths: what gains less does not tell its neighbours */
+#define EARLY       0.3
+#define LEAST_GAIN  1e-3 /* mean edge lengths, and */
+#define LEAST_SHARE 1e-5 /* of the distance: what gains less does not tell its neighbours */
 /* Heat as an integer in units of 2^-FRACTION_BITS octaves, modulo 2^32: neighbours are less than 2^19 octaves apart. */
 #define FRACTION_BITS 12
 #define COLDER        20 /* octaves: heat that is not positive counts as so much below its scale */
@@ -334,7 +335,7 @@ static void do_batch_again(unfolding *s, arrivals *a, found_list *found)
         if (!(now < old)) continue;
         s->distance[v] = now;
         if (old == HUGE_VAL) __atomic_add_fetch(&s->n_found, 1, __ATOMIC_RELAXED);
-        if (old - now > LEAST_GAIN * g->mean_edge_length) tell_ring(s, rings, k, found);
+        if (old - now > fmax(LEAST_GAIN * g->mean_edge_length, LEAST_SHARE * now)) tell_ring(s, rings, k, found);
     }
 }
 
