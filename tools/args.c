@@ -368,6 +368,20 @@ bool cli_args_has_option(const cli_args *args, const loxo_option *option)
     return false;
 }
 
+const char *cli_given_name(const cli_given *given)
+{
+    return given->flag != NULL ? given->flag->name : given->option->name;
+}
+
+bool cli_given_is(const cli_command *command, const cli_given *given, const char *name)
+{
+    if (strcmp(cli_given_name(given), name) == 0) return true;
+    for (const cli_group *g = command->groups; g->title != NULL && given->option != NULL; ++g)
+        for (const loxo_option *o = g->options; o->name != NULL && strcmp(g->title, name) == 0; ++o)
+            if (o == given->option) return true;
+    return false;
+}
+
 const char *cli_args_next(const cli_args *args, const char *name, int *cursor)
 {
     while (*cursor < args->n_given) {

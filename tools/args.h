@@ -26,6 +26,11 @@ typedef struct cli_group {
     size_t offset;
 } cli_group;
 
+/* An option, a flag or all options of a group that change nothing unless another is given; NULL: whatever is given. */
+typedef struct cli_need {
+    const char *name, *other;
+} cli_need;
+
 struct cli_run;
 
 typedef struct cli_command {
@@ -37,6 +42,7 @@ typedef struct cli_command {
     int min_operands, max_operands;
     const cli_flag *flags;   /* ends with name NULL */
     const cli_group *groups; /* ends with title NULL */
+    const cli_need *needs;   /* ends with name NULL; may be NULL */
     size_t state_bytes;      /* the command's struct; cli_common stands first */
     void (*defaults)(void *state);
     void (*more_help)(FILE *out); /* printed behind about; may be NULL */
@@ -81,6 +87,9 @@ const char *cli_args_value(const cli_args *args, const char *name, int i);
 bool cli_args_has(const cli_args *args, const char *name);
 /* Whether an option of a table was, whatever its value. */
 bool cli_args_has_option(const cli_args *args, const loxo_option *option);
+const char *cli_given_name(const cli_given *given);
+/* Whether it has this name, or its group this title. */
+bool cli_given_is(const cli_command *command, const cli_given *given, const char *name);
 /* The values of a repeatable flag one by one: *cursor starts at 0; NULL at the end. */
 const char *cli_args_next(const cli_args *args, const char *name, int *cursor);
 

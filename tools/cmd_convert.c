@@ -151,6 +151,8 @@ static const cli_group convert_groups[] = {
     {.title = NULL},
 };
 
+static const cli_need convert_needs[] = {{"repair", "repair"}, {"seed", "shuffle"}, {NULL, NULL}};
+
 const cli_command command_convert = {
     .name = "convert",
     .operands = "IN -o OUT [options]",
@@ -162,6 +164,7 @@ const cli_command command_convert = {
     .max_operands = 1,
     .flags = convert_flags,
     .groups = convert_groups,
+    .needs = convert_needs,
     .state_bytes = sizeof(convert_state),
     .defaults = set_defaults,
     .main = convert_main,

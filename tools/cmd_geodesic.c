@@ -280,6 +280,7 @@ static loxo_status geodesic_main(cli_run *run, void *state)
     const int64_t n_solves = outs.queries.matrix_path != NULL ? sources.n + 1 : 1;
     status = cli_method_by_mesh(run, &method, mesh, n_solves, &s->geodesic, &s->intrinsic, &is_intrinsic);
     if (status < 0) goto done;
+    if (!is_intrinsic) cli_warn_idle(run, "intrinsic", "without --intrinsic");
     if (is_intrinsic && (status = cli_make_intrinsic(run, mesh, &s->intrinsic, &intrinsic)) < 0) goto done;
     status = LOXO_ERR_MEMORY;
     if ((distance = loxo_allocate(run->ctx, loxo_mesh_n_vertices(mesh), sizeof *distance)) == NULL) goto done;
@@ -325,6 +326,11 @@ static const cli_group geodesic_groups[] = {
     {.title = NULL},
 };
 
+static const cli_need geodesic_needs[] = {
+    {"nearest", "nearest-output"}, {"format", "output"},   {"title", "picture"},
+    {"unit", "picture"},           {"picture", "picture"}, {NULL, NULL},
+};
+
 const cli_command command_geodesic = {
     .name = "geodesic",
     .operands = "MESH -s V,.. -o FILE [options]",
@@ -345,6 +351,7 @@ const cli_command command_geodesic = {
     .max_operands = 1,
     .flags = geodesic_flags,
     .groups = geodesic_groups,
+    .needs = geodesic_needs,
     .state_bytes = sizeof(geodesic_state),
     .defaults = set_defaults,
     .main = geodesic_main,

@@ -208,6 +208,8 @@ static const cli_group info_groups[] = {
     {.title = NULL},
 };
 
+static const cli_need info_needs[] = {{"intrinsic", "intrinsic"}, {NULL, NULL}};
+
 const cli_command command_info = {
     .name = "info",
     .operands = "MESH [options]",
@@ -221,6 +223,7 @@ const cli_command command_info = {
     .max_operands = 1,
     .flags = info_flags,
     .groups = info_groups,
+    .needs = info_needs,
     .state_bytes = sizeof(info_state),
     .defaults = set_defaults,
     .main = info_main,

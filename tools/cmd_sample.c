@@ -244,6 +244,9 @@ static const cli_group sample_groups[] = {
     {.title = NULL},
 };
 
+static const cli_need sample_needs[] = {
+    {"nearest", NULL}, {"check-gradient-share", NULL}, {"check-breach", NULL}, {NULL, NULL}};
+
 const cli_command command_sample = {
     .name = "sample",
     .operands = "MESH --count N -o FILE [options]",
@@ -257,6 +260,7 @@ const cli_command command_sample = {
     .max_operands = 1,
     .flags = sample_flags,
     .groups = sample_groups,
+    .needs = sample_needs,
     .state_bytes = sizeof(sample_state),
     .defaults = set_defaults,
     .main = sample_main,

@@ -129,6 +129,7 @@ static int run_command(const cli_command *command, int argc, char **argv)
     }
     status = cli_run_begin(&run, command, state);
     const bool only_settings = ((const cli_common *)state)->settings;
+    if (status >= 0 && !only_settings) cli_warn_needs(&run);
     if (status >= 0) status = only_settings ? print_settings(&run, state) : command->main(&run, state);
     code = cli_run_end(&run, status);
     free(state);

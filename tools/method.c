@@ -31,15 +31,21 @@ static uint32_t list_options(const cli_run *run, char *text, size_t n_text)
     return methods;
 }
 
-/* Options that the method that was named does not look at. */
-static void warn_of_idle(cli_run *run, loxo_geodesic_method method)
+/* Options that the method does not look at, or not with the others as they are. */
+static void warn_of_idle(cli_run *run, const loxo_geodesic_settings *settings)
 {
-    char methods[96];
+    char text[96];
     for (const loxo_option *o = loxo_geodesic_options; o->name != NULL; ++o) {
-        if (o->methods == 0 || (o->methods & 1U << method) != 0 || !cli_args_has_option(&run->args, o)) continue;
-        list_methods(o->methods, methods, sizeof methods);
-        cli_warn(run, 1, "--%s changes nothing in method %s; it is an option of %s", o->name,
-                 loxo_geodesic_method_name(method), methods);
+        if (!cli_args_has_option(&run->args, o)) continue;
+        const char *need = loxo_option_unmet(loxo_geodesic_options, o, settings);
+        if (!loxo_option_is_of_method(loxo_geodesic_options, o, settings)) {
+            list_methods(o->methods, text, sizeof text);
+            cli_warn(run, 1, "--%s changes nothing in method %s; it is an option of %s", o->name,
+                     loxo_geodesic_method_name(settings->method), text);
+        } else if (need != NULL) {
+            const int n_name = (int)strcspn(need, "=");
+            cli_warn(run, 1, "--%s changes nothing without --%.*s %s", o->name, n_name, need, need + n_name + 1);
+        }
     }
 }
 
@@ -48,7 +54,7 @@ loxo_status cli_method_by_options(cli_run *run, loxo_geodesic_settings *settings
     char options[128], methods[96];
     *method = (cli_method){.is_auto = settings->method == LOXO_GEODESIC_AUTO};
     if (!method->is_auto) {
-        warn_of_idle(run, settings->method);
+        warn_of_idle(run, settings);
         return LOXO_OK;
     }
     const uint32_t left = list_options(run, options, sizeof options);
@@ -62,6 +68,7 @@ loxo_status cli_method_by_options(cli_run *run, loxo_geodesic_settings *settings
     while ((left & 1U << first) == 0)
         ++first;
     settings->method = (loxo_geodesic_method)first;
+    warn_of_idle(run, settings);
     return LOXO_OK;
 }
 
@@ -86,7 +93,10 @@ loxo_status cli_method_by_mesh(cli_run *run, const cli_method *method, const lox
     if (!method->is_auto) return LOXO_OK;
     const loxo_status status = loxo_geodesic_choose(run->ctx, mesh, settings, n_solves, &choice);
     if (status < 0) return status;
-    settings->method = choice.method;
+    if (settings->method == LOXO_GEODESIC_AUTO) {
+        settings->method = choice.method;
+        warn_of_idle(run, settings);
+    }
     const bool is_worth = choice.intrinsic && is_intrinsic != NULL;
     const bool fits = !is_worth || intrinsic_fits(run, mesh, settings, intrinsic);
     const char *name = loxo_geodesic_method_name(choice.method);

@@ -11,8 +11,8 @@ typedef struct cli_method {
     char because[160]; /* of the options given; "": they leave it open */
 } cli_method;
 
-/* By the options: where there is no --method, those that only some methods have choose the first of these. An option that the
- * named method has not is a warning, options that no one method has are LOXO_ERR_ARGUMENT. */
+/* By the options: where there is no --method, those that only some methods have choose the first of these. An option that
+ * changes nothing there is a warning, here or, where the method is left open, once the mesh has chosen it; options that no one method has are LOXO_ERR_ARGUMENT. */
 loxo_status cli_method_by_options(cli_run *run, loxo_geodesic_settings *settings, cli_method *method);
 
 /* By the mesh and by how many solves there will be; says what and why. is_intrinsic becomes true where that is worth its

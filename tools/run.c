@@ -140,6 +140,36 @@ void cli_warn(cli_run *run, int64_t count, const char *format, ...)
     json_append(run->report.warnings, warning);
 }
 
+static bool is_repeated(const cli_args *args, int i)
+{
+    for (int k = 0; k < i; ++k)
+        if (args->given[k].flag == args->given[i].flag && args->given[k].option == args->given[i].option) return true;
+    return false;
+}
+
+void cli_warn_idle(cli_run *run, const char *name, const char *why)
+{
+    for (int i = 0; i < run->args.n_given; ++i)
+        if (cli_given_is(run->command, &run->args.given[i], name) && !is_repeated(&run->args, i))
+            cli_warn(run, 1, "--%s changes nothing %s", cli_given_name(&run->args.given[i]), why);
+}
+
+void cli_warn_needs(cli_run *run)
+{
+    for (const cli_need *need = run->command->needs; need != NULL && need->name != NULL; ++need) {
+        char why[64];
+        bool is_met = false;
+        for (int i = 0; i < run->args.n_given && need->other != NULL; ++i)
+            is_met = is_met || strcmp(cli_given_name(&run->args.given[i]), need->other) == 0;
+        if (is_met) continue;
+        if (need->other == NULL)
+            (void)snprintf(why, sizeof why, "in loxo %s", run->command->name);
+        else
+            (void)snprintf(why, sizeof why, "without --%s", need->other);
+        cli_warn_idle(run, need->name, why);
+    }
+}
+
 /* ---- files --------------------------------------------------------------------------------------------------- */
 
 static bool same_directory(const char *a, size_t n_a, const char *b, size_t n_b)

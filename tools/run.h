@@ -39,6 +39,11 @@ loxo_status cli_fail_at(cli_run *run, loxo_status status, const char *file, int6
     __attribute__((format(printf, 5, 6)));
 /* Something odd but harmless that the command itself found. */
 void cli_warn(cli_run *run, int64_t count, const char *format, ...) __attribute__((format(printf, 3, 4)));
+/* The same for every option or flag of this name, or of a group of this title, that was given and changes nothing. why: "without
+ * --picture". */
+void cli_warn_idle(cli_run *run, const char *name, const char *why);
+/* All that the command's list says of what was given. */
+void cli_warn_needs(cli_run *run);
 /* Keeps the worst positive status, by its exit code; returns it. Negative ones pass through. */
 loxo_status cli_combine(cli_run *run, loxo_status status);
 

@@ -37,6 +37,41 @@ bool loxo_option_differs(const loxo_option *option, const void *a, const void *b
     return value_of(option, a) != value_of(option, b);
 }
 
+bool loxo_option_is_of_method(const loxo_option *options, const loxo_option *option, const void *settings)
+{
+    const loxo_option *method = loxo_options_find(options, "method");
+    if (option->methods == 0 || method == NULL) return true;
+    return (option->methods & 1U << (int)value_of(method, settings)) != 0;
+}
+
+/* One of "a|b|c". */
+static bool is_among(const char *word, const char *words)
+{
+    const size_t n = strlen(word);
+    for (;; ++words) {
+        const size_t n_this = strcspn(words, "|");
+        if (n_this == n && strncmp(word, words, n) == 0) return true;
+        words += n_this;
+        if (*words == '\0') return false;
+    }
+}
+
+const char *loxo_option_unmet(const loxo_option *options, const loxo_option *option, const void *settings)
+{
+    for (int i = 0; i < 2 && option->needs[i] != NULL; ++i) {
+        const char *need = option->needs[i];
+        const size_t n_name = strcspn(need, "=");
+        char value[64];
+        const loxo_option *other = options;
+        while (other->name != NULL && (strlen(other->name) != n_name || strncmp(other->name, need, n_name) != 0))
+            ++other;
+        if (other->name == NULL || !loxo_option_is_of_method(options, other, settings)) continue;
+        (void)loxo_option_print(other, settings, value, sizeof value);
+        if (!is_among(value, need + n_name + 1)) return need;
+    }
+    return NULL;
+}
+
 static int n_choices(const loxo_option *option)
 {
     int n = 0;

@@ -23,7 +23,9 @@ typedef struct loxo_option {
     bool exclusive_min;
     const char *const *choices; /* of LOXO_OPTION_CHOICE, ends with NULL; the index is the value */
     uint32_t methods;           /* bit i: value i of the table's choice "method" looks at it; 0: every one does */
-    const char *help;           /* one line, with the unit */
+    const char
+        *needs[2];    /* "diffusion=sweeps", "recovery=auto|admm": looked at only with these values of other options */
+    const char *help; /* one line, with the unit */
 } loxo_option;
 
 /* Rows end with name == NULL. */
@@ -39,6 +41,10 @@ const loxo_option *loxo_options_find(const loxo_option *options, const char *nam
 int loxo_option_print(const loxo_option *option, const void *settings, char *text, size_t n);
 
 bool loxo_option_differs(const loxo_option *option, const void *a, const void *b);
+/* Whether the method that the settings name looks at an option; and the first of its needs that they do not meet, NULL: none. What the method
+ * does not look at is no need. */
+bool loxo_option_is_of_method(const loxo_option *options, const loxo_option *option, const void *settings);
+const char *loxo_option_unmet(const loxo_option *options, const loxo_option *option, const void *settings);
 
 /* The tables. Each stands beside its defaults; they are declared here so that tools see one header. */
 extern const loxo_option loxo_geodesic_options[];

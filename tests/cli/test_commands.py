@@ -43,6 +43,40 @@ def info_counts_faults_and_names_the_first():
 
 
 @test
+def options_that_change_nothing_are_told():
+    mesh = sphere("s.ply", 600)
+    geodesic, sample = ["geodesic", mesh, "-s", "0", "--json", "-"], ["sample", mesh, "-n", "3", "--json", "-"]
+    for words, name, why in (
+            (geodesic + ["--sweeps", "7"], "sweeps", "without --diffusion sweeps"),
+            (geodesic + ["--method", "heat", "--sweeps", "7"], "sweeps", "without --diffusion sweeps"),
+            (geodesic + ["--diffusion", "sweeps", "--diffusion-tolerance", "0.1"], "diffusion-tolerance",
+             "without --diffusion marching"),
+            (geodesic + ["--recovery", "unfold", "--penalty", "3"], "penalty", "without --recovery auto|admm"),
+            (geodesic + ["--check-gradient-share", "0.1"], "check-gradient-share",
+             "without --method edge|face|heat|variational"),
+            (geodesic + ["--nearest"], "nearest", "without --nearest-output"),
+            (geodesic + ["--traceable", "--method", "fast"], "traceable", "without --intrinsic"),
+            (geodesic + ["--max-flips", "9"], "max-flips", "without --intrinsic"),
+            (geodesic + ["--title", "t"], "title", "without --picture"),
+            (geodesic + ["--azimuth", "3", "--azimuth", "4"], "azimuth", "without --picture"),
+            (geodesic + ["--format", "npy"], "format", "without --output"),
+            (["info", mesh, "--mollify", "1e-5", "--json", "-"], "mollify", "without --intrinsic"),
+            (["convert", mesh, "-o", "c.ply", "--seed", "3", "--json", "-"], "seed", "without --shuffle"),
+            (["convert", mesh, "-o", "c.ply", "--weld=no", "--json", "-"], "weld", "without --repair"),
+            (sample + ["--nearest"], "nearest", "in loxo sample")):
+        r = loxo(*words).is_code(0)
+        texts = [w["text"] for w in r.json["warnings"]]
+        assert texts == [f"--{name} changes nothing {why}"], (words, texts)
+        loxo(*words, "--strict").is_code(1)
+    for words in (geodesic + ["--sweeps", "7", "--diffusion", "sweeps"], geodesic + ["--method", "face", "--penalty", "3"],
+                  geodesic + ["--nearest", "--nearest-output", "n.npy"], geodesic + ["--intrinsic", "--max-flips", "9"],
+                  geodesic + ["--method", "face", "--check-gradient-share", "0.9"],
+                  ["convert", mesh, "-o", "c.ply", "--repair", "--weld", "--json", "-"]):
+        assert not any("changes nothing" in w["text"] for w in loxo(*words).is_code(0).json["warnings"]), words
+    loxo("geodesic", mesh, "-s", "0", "--title", "t", "--settings").is_code(0)
+
+
+@test
 def info_of_an_edge_with_three_faces():
     m = loxo("info", three_at_an_edge(), "--json", "-").is_code(0).json["mesh"]
     assert m["is_manifold"] is False and m["faults"]["nonmanifold_edges"]["count"] == 1

@@ -3,6 +3,8 @@
 #include "base/options.h"
 #include "test.h"
 
+#include <loxo/geodesic.h>
+
 typedef struct settings {
     bool flag;
     int count;
@@ -51,6 +53,50 @@ static void refuses(const char *name, const char *text)
     loxo_context_clear(test_context);
     CHECK_STATUS(test_context, loxo_options_set(test_context, "test", options, &s, name, text), LOXO_ERR_ARGUMENT);
     CHECK(strstr(loxo_context_failure(test_context)->text, name) != NULL);
+}
+
+/* What an option needs counts as far as the method looks at it. */
+TEST(options_that_need_others)
+{
+    static const char *const speeds[] = {"slow", "fast", "faster", NULL};
+    static const loxo_option table[] = {
+        {.name = "method", .type = LOXO_OPTION_CHOICE, .offset = offsetof(settings, choice), .choices = names},
+        {.name = "speed",
+         .type = LOXO_OPTION_CHOICE,
+         .offset = offsetof(settings, count),
+         .choices = speeds,
+         .methods = 1U << 1},
+        {.name = "gear",
+         .type = LOXO_OPTION_INT64,
+         .offset = offsetof(settings, wide),
+         .needs = {"speed=fast|faster", "method=face"}},
+        {.name = NULL},
+    };
+    settings s = {.choice = 1, .count = 1};
+    CHECK(loxo_option_unmet(table, &table[2], &s) == NULL && loxo_option_unmet(table, &table[0], &s) == NULL);
+    s.count = 2;
+    CHECK(loxo_option_unmet(table, &table[2], &s) == NULL);
+    s.count = 0;
+    CHECK_TEXT(loxo_option_unmet(table, &table[2], &s), "speed=fast|faster");
+    s.choice = 0; /* the first method has no speed */
+    CHECK_TEXT(loxo_option_unmet(table, &table[2], &s), "method=face");
+    CHECK(!loxo_option_is_of_method(table, &table[1], &s) && loxo_option_is_of_method(table, &table[2], &s));
+}
+
+/* Each need in the library's own table names an option, and values that it has. */
+TEST(needs_can_be_met)
+{
+    for (const loxo_option *o = loxo_geodesic_options; o->name != NULL; ++o)
+        for (int i = 0; i < 2 && o->needs[i] != NULL; ++i) {
+            loxo_geodesic_settings s = loxo_geodesic_settings_default();
+            char name[32] = "", word[32] = "";
+            int n = 0;
+            CHECK(sscanf(o->needs[i], "%31[^=]=%n", name, &n) == 1);
+            for (const char *at = o->needs[i] + n; sscanf(at, "%31[^|]", word) == 1; at += strlen(word) + 1) {
+                CHECK_OK(loxo_options_set(test_context, "test", loxo_geodesic_options, &s, name, word));
+                if (at[strlen(word)] == '\0') break;
+            }
+        }
 }
 
 TEST(options_take_what_fits)
