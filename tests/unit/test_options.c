@@ -89,13 +89,17 @@ TEST(needs_can_be_met)
     for (const loxo_option *o = loxo_geodesic_options; o->name != NULL; ++o)
         for (int i = 0; i < 2 && o->needs[i] != NULL; ++i) {
             loxo_geodesic_settings s = loxo_geodesic_settings_default();
-            char name[32] = "", word[32] = "";
-            int n = 0;
-            CHECK(sscanf(o->needs[i], "%31[^=]=%n", name, &n) == 1);
-            for (const char *at = o->needs[i] + n; sscanf(at, "%31[^|]", word) == 1; at += strlen(word) + 1) {
+            char name[32], word[32];
+            const char *at = o->needs[i];
+            size_t n = strcspn(at, "=");
+            CHECK(n < sizeof name && at[n] == '=');
+            (void)snprintf(name, sizeof name, "%.*s", (int)n, at);
+            do {
+                at += n + 1;
+                n = strcspn(at, "|");
+                (void)snprintf(word, sizeof word, "%.*s", (int)n, at);
                 CHECK_OK(loxo_options_set(test_context, "test", loxo_geodesic_options, &s, name, word));
-                if (at[strlen(word)] == '\0') break;
-            }
+            } while (at[n] == '|');
         }
 }
 
