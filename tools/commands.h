@@ -12,5 +12,6 @@ extern const cli_command command_geodesic;
 extern const cli_command command_sample;
 extern const cli_command command_render;
 extern const cli_command command_measure;
+extern const cli_command command_center;
 
 #endif

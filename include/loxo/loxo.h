@@ -5,6 +5,7 @@
 
 #include <loxo/barycenter.h>
 #include <loxo/base.h>
+#include <loxo/center.h>
 #include <loxo/context.h>
 #include <loxo/draw.h>
 #include <loxo/geodesic.h>

@@ -93,6 +93,14 @@ typedef struct loxo_mesh_report {
  * cost     linear time; about 60 bytes a vertex of workspace */
 LOXO_API loxo_status loxo_mesh_check(loxo_context *ctx, const loxo_mesh_arrays *arrays, loxo_mesh_report *report);
 
+/* A third of the areas of the faces around each vertex, added up in the order of the faces. Nothing else is asked of the mesh.
+ *   area     [n_vertices] out; 0 where there are no faces
+ * returns  LOXO_OK; LOXO_ERR_ARGUMENT (NULL, negative counts, both or no positions); LOXO_ERR_MALFORMED (a vertex number out of
+ *          range: element is the face); LOXO_ERR_MESH (an area that is not finite: element is the vertex); LOXO_ERR_LIMIT;
+ *          LOXO_ERR_MEMORY
+ * cost     linear; where neighbours have numbers far apart every thread looks at every face. Same bits for any number of threads */
+LOXO_API loxo_status loxo_mesh_vertex_areas(loxo_context *ctx, const loxo_mesh_arrays *arrays, double *area);
+
 /* ---- repair -------------------------------------------------------------------------------------------------- */
 
 typedef struct loxo_repair_settings {
