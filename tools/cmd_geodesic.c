@@ -151,7 +151,9 @@ static loxo_status check_memory(cli_run *run, const geodesic_state *s)
     if (loxo_mesh_estimate(n, n_faces, counts.is_float, &mesh, NULL, &build_bytes) < 0) return LOXO_OK;
     if (mesh.order == LOXO_ORDER_AUTO) mesh.order = LOXO_ORDER_GIVEN;
     if (loxo_mesh_estimate(n, n_faces, counts.is_float, &mesh, &mesh_bytes, NULL) < 0) return LOXO_OK;
-    if (loxo_geodesic_estimate(run->ctx, n, n_faces, &geodesic, &work_bytes, NULL) < 0) return LOXO_OK;
+    const loxo_status status = loxo_geodesic_estimate(run->ctx, n, n_faces, &geodesic, &work_bytes, NULL);
+    run->input = run->args.operand[0];
+    if (status < 0) return status == LOXO_ERR_LIMIT ? status : LOXO_OK;
     size_t intrinsic_bytes = 0;
     if (cli_args_has(&run->args, "intrinsic"))
         loxo_mesh_estimate_intrinsic(n, n_faces, &s->intrinsic, &intrinsic_bytes, NULL);
@@ -194,7 +196,7 @@ static loxo_status solve(cli_run *run, const geodesic_state *s, const loxo_mesh 
     if (status == LOXO_STOPPED && !run->common->keep_partial) status = LOXO_ERR_STOPPED;
     if (status >= 0) {
         (void)cli_seconds(run, "solve", start_s);
-        cli_report_geodesic(run, &info, loxo_mesh_n_vertices(mesh));
+        cli_report_geodesic(run, &info, &s->geodesic, loxo_mesh_n_vertices(mesh));
         status = cli_combine(run, status);
     }
     if (status >= 0 && status != LOXO_STOPPED) {
@@ -286,6 +288,7 @@ static loxo_status geodesic_main(cli_run *run, void *state)
     if ((distance = loxo_allocate(run->ctx, loxo_mesh_n_vertices(mesh), sizeof *distance)) == NULL) goto done;
     status = solve(run, s, intrinsic != NULL ? intrinsic : mesh, mesh, &sources, distance, &outs.queries);
     if (status < 0) goto done;
+    if (!is_intrinsic) cli_method_hint(run, &method, s->geodesic.method, status);
     if ((status = cli_before_output(run)) < 0) goto done;
     if (exact != NULL && (status = cli_measure_against(run, exact, distance, loxo_mesh_n_vertices(mesh))) < 0)
         goto done;

@@ -22,7 +22,7 @@ static void report_error(cli_run *run, const loxo_distance_error *e)
     json_put_number(error, "max_absolute", e->max_absolute);
     json_put_integer(error, "n_compared", e->n_compared);
     json_put_integer(error, "n_mismatched", e->n_mismatched);
-    report_row(&run->report, "error", "mean %.4f %% (eq. 29), max %.4f %%, max absolute %.6g, %s compared",
+    report_row(&run->report, "true error", "mean %.4f %% (eq. 29), max %.4f %%, max absolute %.6g, %s compared",
                100.0 * e->mean_relative, 100.0 * e->max_relative, e->max_absolute, text_count(e->n_compared));
     if (e->n_mismatched > 0)
         cli_warn(run, e->n_mismatched, "%lld vertices are finite in one of the two fields only",

@@ -67,6 +67,8 @@ void cli_estimate(cli_run *run, size_t peak_bytes, double seconds)
     if (seconds == seconds) report_row(&run->report, "seconds", "about %s", text_seconds(seconds));
     report_row(&run->report, "limit", "%s: %s", text_bytes((double)limit),
                peak_bytes <= limit ? "fits" : "does not fit");
+    if (peak_bytes > limit)
+        cli_warn(run, 1, "%zu bytes are needed; the limit is %zu (--max-memory)", peak_bytes, limit);
 }
 
 bool cli_peek_counts(cli_run *run, const char *path, loxo_mesh_counts *counts)

@@ -10,7 +10,8 @@
 loxo_status cli_count_mesh(cli_run *run, const char *path, loxo_mesh_counts *counts);
 /* Bytes of its arrays once it is read. */
 size_t cli_counts_bytes(const loxo_mesh_counts *counts);
-/* A part of an estimate, and then the most of it at any time against the limit; seconds NaN where nobody knows. */
+/* A part of an estimate, and then the most of it at any time against the limit, with a warning where that is less; seconds NaN where
+ * nobody knows. */
 void cli_estimate_part(cli_run *run, const char *what, size_t n_bytes);
 void cli_estimate(cli_run *run, size_t peak_bytes, double seconds);
 /* calibrate.c: seconds from file to file of a geodesic solve, by a small one that is timed now, and with the first touch

@@ -98,13 +98,55 @@ static void put_info(json_t *json, const loxo_geodesic_info *i)
     json_put_bool(json, "check_passed", i->check_passed);
 }
 
-void cli_report_geodesic(cli_run *run, const loxo_geodesic_info *i, int64_t n_vertices)
+/* "passed", or "FAILED for its gradient and negative distances"; by which conditions, in the JSON. */
+static void judge(const loxo_geodesic_info *i, const loxo_geodesic_settings *settings, json_t *info, char *text,
+                  size_t n_text)
+{
+    const bool is_of_ways = i->method == LOXO_GEODESIC_EXACT || i->method == LOXO_GEODESIC_FAST;
+    const struct {
+        const char *key, *what;
+        bool is_broken;
+    } conditions[] = {
+        {"gradient_share", "its gradient", !is_of_ways && !(i->gradient_share <= settings->check_gradient_share)},
+        {"breach_percentile_99", "breached edges", !(i->breach_percentile_99 <= settings->check_breach)},
+        {"n_negative", "negative distances", i->n_negative > 0},
+    };
+    json_t *list = json_put_array(info, "check_failed_by");
+    size_t used = (size_t)snprintf(text, n_text, "%s", i->check_passed ? "passed" : "FAILED");
+    for (int k = 0; k < 3 && !i->check_passed; ++k) {
+        if (!conditions[k].is_broken) continue;
+        used += (size_t)snprintf(text + used, n_text - used, " %s %s", json_array_size(list) == 0 ? "for" : "and",
+                                 conditions[k].what);
+        json_append(list, json_string(conditions[k].key));
+    }
+}
+
+/* Of small meshes the program itself is the larger part. */
+#define FEW_VERTICES 10000
+
+static void report_memory(cli_run *run, const loxo_geodesic_info *i, double n, double resident)
+{
+    const double program = resident > (double)run->program_bytes ? (double)run->program_bytes : resident;
+    if (n >= FEW_VERTICES)
+        report_row(&run->report, "memory", "%s peak, %.0f bytes a vertex; workspace %s", text_bytes(resident),
+                   resident / n, text_bytes((double)i->workspace_bytes));
+    else
+        report_row(&run->report, "memory",
+                   "%s peak, %s of it the program before; %.0f bytes a vertex besides; workspace %s",
+                   text_bytes(resident), text_bytes(program), (resident - program) / n,
+                   text_bytes((double)i->workspace_bytes));
+}
+
+void cli_report_geodesic(cli_run *run, const loxo_geodesic_info *i, const loxo_geodesic_settings *settings,
+                         int64_t n_vertices)
 {
     cli_report *out = &run->report;
     const double n = n_vertices > 0 ? (double)n_vertices : 1.0;
     const double resident = (double)loxo_os_peak_rss();
+    char verdict[96];
     json_t *info = json_put_object(out->json, "info");
     put_info(info, i);
+    judge(i, settings, info, verdict, sizeof verdict);
     json_put_number(info, "peak_resident_bytes_per_vertex", resident / n);
 
     report_row(out, "sources", "%s", text_count(i->n_sources));
@@ -139,27 +181,21 @@ void cli_report_geodesic(cli_run *run, const loxo_geodesic_info *i, int64_t n_ve
             report_row(out, name, "%s", text_seconds(i->phase_s[p]));
     }
     report_row(out, "solve", "%s", text_seconds(i->total_s));
-    if (n_vertices >= 10000) /* below, the program itself is the larger part */
-        report_row(out, "memory", "%s peak, %.0f bytes a vertex; workspace %s", text_bytes(resident), resident / n,
-                   text_bytes((double)i->workspace_bytes));
-    else
-        report_row(out, "memory", "%s peak; workspace %s", text_bytes(resident),
-                   text_bytes((double)i->workspace_bytes));
+    report_memory(run, i, n, resident);
     if (i->n_constraints > 0)
         report_row(out, "constraints", "%s, residual %.2g", text_count(i->n_constraints), i->constraint_residual);
     if (i->n_unreached > 0) report_row(out, "unreached", "%s vertices (infinity)", text_count(i->n_unreached));
     if (i->n_nonpositive_heat > 0)
         report_row(out, "heat", "not positive at %s vertices", text_count(i->n_nonpositive_heat));
     if (i->n_lost_heat > 0)
-        report_row(out, "heat", "below the range of numbers at %s vertices", text_count(i->n_lost_heat));
+        report_row(out, "lost heat", "below the range of numbers at %s vertices", text_count(i->n_lost_heat));
     if (i->n_negative > 0)
         report_row(out, "negative", "%s vertices, by over a tenth of an edge", text_count(i->n_negative));
     report_row(out, "largest", "%.8g", i->distance_max);
     if (!isnan(i->error_estimate))
         report_row(out, "error", "about %.2g %% on average, or less", 100.0 * i->error_estimate);
     report_row(out, "answer", "%s: gradient off 1 by over 10 %% on %.2f %% of the area, breach 99 %% %.2g, max %.2g",
-               i->check_passed ? "passed" : "FAILED", 100.0 * i->gradient_share, i->breach_percentile_99,
-               i->breach_max);
+               verdict, 100.0 * i->gradient_share, i->breach_percentile_99, i->breach_max);
     if (!run->common->verbose) return;
     report_row(out, "breach", "50 %% %.3g, 90 %% %.3g, 99 %% %.3g, max %.3g", i->breach_percentile_50,
                i->breach_percentile_90, i->breach_percentile_99, i->breach_max);

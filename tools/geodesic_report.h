@@ -6,6 +6,8 @@
 #include "run.h"
 
 void cli_report_mesh(cli_run *run, const loxo_mesh_info *info, const loxo_mesh_view *view);
-void cli_report_geodesic(cli_run *run, const loxo_geodesic_info *info, int64_t n_vertices);
+/* settings: those of the check. */
+void cli_report_geodesic(cli_run *run, const loxo_geodesic_info *info, const loxo_geodesic_settings *settings,
+                         int64_t n_vertices);
 
 #endif

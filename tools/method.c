@@ -85,14 +85,16 @@ static bool intrinsic_fits(const cli_run *run, const loxo_mesh *mesh, const loxo
     return memory.current_bytes + (peak > solve ? peak : solve) <= memory.limit_bytes;
 }
 
-loxo_status cli_method_by_mesh(cli_run *run, const cli_method *method, const loxo_mesh *mesh, int64_t n_solves,
+loxo_status cli_method_by_mesh(cli_run *run, cli_method *method, const loxo_mesh *mesh, int64_t n_solves,
                                loxo_geodesic_settings *settings, const loxo_intrinsic_settings *intrinsic,
                                bool *is_intrinsic)
 {
     loxo_geodesic_choice choice;
-    if (!method->is_auto) return LOXO_OK;
     const loxo_status status = loxo_geodesic_choose(run->ctx, mesh, settings, n_solves, &choice);
     if (status < 0) return status;
+    method->share_nondelaunay = choice.share_nondelaunay;
+    method->is_intrinsic_worth = choice.intrinsic;
+    if (!method->is_auto) return LOXO_OK;
     if (settings->method == LOXO_GEODESIC_AUTO) {
         settings->method = choice.method;
         warn_of_idle(run, settings);
@@ -115,4 +117,18 @@ loxo_status cli_method_by_mesh(cli_run *run, const cli_method *method, const lox
     json_put_number(json, "share_nondelaunay", choice.share_nondelaunay);
     json_put_text(json, "reason", because);
     return LOXO_OK;
+}
+
+/* Share of bad edges from which flips may be what a failed answer lacks. */
+#define SHARE_FOR_FAILED 0.01
+
+void cli_method_hint(cli_run *run, const cli_method *method, loxo_geodesic_method solved_with, loxo_status status)
+{
+    const bool is_bad = status == LOXO_CHECK_FAILED || status == LOXO_NOT_CONVERGED;
+    const bool may_help = is_bad && method->share_nondelaunay > SHARE_FOR_FAILED;
+    const bool is_worth = method->is_intrinsic_worth && !method->is_auto; /* auto makes one, where it fits */
+    if (solved_with == LOXO_GEODESIC_EXACT || !(is_worth || may_help)) return;
+    report_row(&run->report, "hint", "%.2g %% of the edges are not Delaunay: --intrinsic %s",
+               100.0 * method->share_nondelaunay,
+               is_bad ? "may mend the answer" : "makes distances better on such triangles");
 }

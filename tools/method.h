@@ -8,7 +8,9 @@
 
 typedef struct cli_method {
     bool is_auto;
-    char because[160]; /* of the options given; "": they leave it open */
+    char because[160];        /* of the options given; "": they leave it open */
+    double share_nondelaunay; /* of the mesh's edges, once it was looked at, and whether */
+    bool is_intrinsic_worth;  /* an intrinsic triangulation is worth its making, by that */
 } cli_method;
 
 /* By the options: where there is no --method, those that only some methods have choose the first of these. An option that
@@ -16,10 +18,14 @@ typedef struct cli_method {
 loxo_status cli_method_by_options(cli_run *run, loxo_geodesic_settings *settings, cli_method *method);
 
 /* By the mesh and by how many solves there will be; says what and why. is_intrinsic becomes true where that is worth its
- * making and fits into memory; a command that cannot gives NULL for intrinsic and is_intrinsic. Does nothing where a
- * method was named. */
-loxo_status cli_method_by_mesh(cli_run *run, const cli_method *method, const loxo_mesh *mesh, int64_t n_solves,
+ * making and fits into memory; a command that cannot gives NULL for intrinsic and is_intrinsic. Where a method was
+ * named the mesh is only looked at. */
+loxo_status cli_method_by_mesh(cli_run *run, cli_method *method, const loxo_mesh *mesh, int64_t n_solves,
                                loxo_geodesic_settings *settings, const loxo_intrinsic_settings *intrinsic,
                                bool *is_intrinsic);
+
+/* After a solve on the mesh as it is: a row that tells of --intrinsic where that would have been worth its making, or after a
+ * failed check (status) might have helped. */
+void cli_method_hint(cli_run *run, const cli_method *method, loxo_geodesic_method solved_with, loxo_status status);
 
 #endif

@@ -68,6 +68,7 @@ loxo_status cli_run_begin(cli_run *run, const cli_command *command, const cli_co
     run->command = command;
     run->common = common;
     run->start_s = loxo_os_clock_s();
+    run->program_bytes = loxo_os_peak_rss();
     run->bar = !common->quiet && loxo_os_is_terminal(2);
     run->json_path = cli_args_value(&run->args, "json", 0);
     if (!report_create(&run->report)) return cli_fail(run, LOXO_ERR_MEMORY, "no memory for a report");
@@ -322,7 +323,8 @@ static loxo_failure last_failure(const cli_run *run, loxo_status status)
         (void)snprintf(f.text, sizeof f.text, "stopped by signal %d; nothing was written", signals_caught());
     }
     if (f.text[0] == '\0') (void)snprintf(f.text, sizeof f.text, "%s", loxo_status_text(status));
-    if (f.file[0] == '\0' && run->input != NULL && (status == LOXO_ERR_MESH || status == LOXO_ERR_MALFORMED))
+    if (f.file[0] == '\0' && run->input != NULL &&
+        (status == LOXO_ERR_MESH || status == LOXO_ERR_MALFORMED || status == LOXO_ERR_LIMIT))
         (void)snprintf(f.file, sizeof f.file, "%s", run->input);
     return f;
 }
@@ -391,6 +393,7 @@ static loxo_status write_json(cli_run *run, loxo_status status, int exit_code)
     json_put_integer(bytes, "peak_bytes", (int64_t)memory.peak_bytes);
     json_put_integer(bytes, "limit_bytes", (int64_t)run->limit_bytes);
     json_put_integer(bytes, "peak_resident_bytes", (int64_t)loxo_os_peak_rss());
+    json_put_integer(bytes, "program_bytes", (int64_t)run->program_bytes);
 
     size_t n = 0;
     char *text = report_json(&run->report, &n);

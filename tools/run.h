@@ -22,6 +22,7 @@ typedef struct cli_run {
     loxo_failure failure;  /* of the command itself; goes before the context's when its status is set */
     double start_s;
     size_t limit_bytes;              /* of memory, as asked for or granted */
+    size_t program_bytes;            /* resident before anything was done */
     bool bar, bar_drawn;             /* progress is shown; a bar stands on the terminal's line now */
     const char *file[CLI_MAX_FILES]; /* to be written, in the order they were announced */
     int n_files;

@@ -36,19 +36,13 @@ double loxo_os_cpu_s(void)
     return (double)(u.ru_utime.tv_sec + u.ru_stime.tv_sec) + 1e-6 * (double)(u.ru_utime.tv_usec + u.ru_stime.tv_usec);
 }
 
-size_t loxo_os_peak_rss(void)
-{
-    struct rusage u;
-    return getrusage(RUSAGE_SELF, &u) == 0 && u.ru_maxrss > 0 ? (size_t)u.ru_maxrss * 1024 : 0;
-}
-
 size_t loxo_os_memory(void)
 {
     const long pages = sysconf(_SC_PHYS_PAGES), page = sysconf(_SC_PAGESIZE);
     return pages > 0 && page > 0 ? (size_t)pages * (size_t)page : 0;
 }
 
-/* First word of a small file in buffer; false when it cannot be read. */
+/* The beginning of a small file in buffer; false when it cannot be read. */
 static bool read_small(const char *path, char *buffer, size_t n)
 {
     const int fd = open(path, O_RDONLY | O_CLOEXEC);
@@ -58,6 +52,18 @@ static bool read_small(const char *path, char *buffer, size_t n)
     if (got <= 0) return false;
     buffer[got] = '\0';
     return true;
+}
+
+/* What getrusage tells starts with what the process had before exec, which is that of a large parent who forked. */
+size_t loxo_os_peak_rss(void)
+{
+    static const char key[] = "\nVmHWM:";
+    char text[4096];
+    struct rusage u;
+    const char *at = read_small("/proc/self/status", text, sizeof text) ? strstr(text, key) : NULL;
+    const long long kibibytes = at != NULL ? strtoll(at + sizeof key - 1, NULL, 10) : 0;
+    if (kibibytes > 0) return (size_t)kibibytes * 1024;
+    return getrusage(RUSAGE_SELF, &u) == 0 && u.ru_maxrss > 0 ? (size_t)u.ru_maxrss * 1024 : 0;
 }
 
 size_t loxo_os_memory_limit(void)

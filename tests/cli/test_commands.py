@@ -225,7 +225,7 @@ def geodesic_on_a_sphere():
     for method in ("edge", "face"):
         r = loxo("geodesic", "s.ply", "-s", "0", "--method", method, "-o", "d.npy", "--exact", "exact.npy", "--json",
                  "r.json").is_code(0)
-        r.has_err(r"^error +mean \d+\.\d+ % \(eq\. 29\)").has_err(r"^answer +passed")
+        r.has_err(r"^true error +mean \d+\.\d+ % \(eq\. 29\)").has_err(r"^answer +passed")
         j = report("r.json")
         assert j["error"]["mean_relative"] < 0.02, (method, j["error"])
         assert j["settings"]["geodesic"]["method"] == method
@@ -461,6 +461,39 @@ def geodesic_many_sources():
 
 
 @test
+def bad_triangles_and_failed_checks():
+    # a sheared grid: named methods are told of --intrinsic, and not where it is there, or of no use
+    n = 20
+    at = [j * n + i for j in range(n - 1) for i in range(n - 1)]
+    needles = off("needles.off", [(i + 3 * j, j, 0) for j in range(n) for i in range(n)],
+                  [t for a in at for t in ((a, a + 1, a + n + 1), (a, a + n + 1, a + n))])
+    for method in ("edge", "face", "heat", "fast"):
+        loxo("geodesic", needles, "-s", "0", "--method", method, "-o", "d.npy").has_err(
+            r"^hint +[0-9.]+ % of the edges are not Delaunay: --intrinsic ")
+    loose = ["--check-gradient-share", "1", "--check-breach", "1e9"]
+    mesh = sphere("s.ply", 600)
+    for words in ([needles, "--method", "edge", "--intrinsic"], [needles, "--method", "exact"], [mesh, "--method", "edge"]):
+        assert "hint " not in loxo("geodesic", *words, "-s", "0", *loose, "-o", "d.npy").err
+    # what a check failed by is told by name; an answer that passes has nothing to tell
+    words = ["geodesic", mesh, "-s", "0", "--json", "-", "--method", "face"]
+    r = loxo(*words, "--check-gradient-share", "0", "--check-breach", "0").is_code(8)
+    assert r.json["info"]["check_failed_by"] == ["gradient_share", "breach_percentile_99"], r.json["info"]
+    r.has_err(r"^answer +FAILED for its gradient and breached edges: gradient off 1 by ")
+    r = loxo(*words).is_code(0).has_err(r"^answer +passed: gradient off 1 by ")
+    assert r.json["info"]["check_failed_by"] == [] and r.json["memory"]["program_bytes"] > 1e5
+    r.has_err(r"^memory +\S+ MB peak, \S+ MB of it the program before; \d+ bytes a vertex besides; workspace \S+ kB$")
+
+
+@test
+def rows_have_names_of_their_own():
+    loxo("generate", "icosphere", "--vertices", fitting(2500), "-o", "s.ply", "--exact-from", "0", "e.npy").is_code(0)
+    for method in ("fast", "heat"):
+        r = loxo("geodesic", "s.ply", "-s", "0", "--method", method, "--exact", "e.npy", "-o", "d.npy").is_code(0)
+        names = [row[:16].strip() for row in r.err.splitlines() if not row.startswith("s.ply: warning")]
+        assert len(names) == len(set(names)) and "true error" in names, names
+
+
+@test
 def geodesic_on_two_components():
     v = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]
     w = v + [(x + 5, y, z) for x, y, z in v]
@@ -499,6 +532,8 @@ def estimate_of_more_than_the_limit():
     for name in made:
         r = loxo("geodesic", name, "--estimate", "--max-memory", "1K", "--json", "e.json").is_code(0)
         r.has_out(r"^limit .*: does not fit$").has_out(r"^peak_bytes +[0-9.]+ [kM]B$")
+        r.has_err(rf"^{name}: warning: \d+ bytes are needed; the limit is 1024 \(--max-memory\)$")
+        loxo("geodesic", name, "--estimate", "--max-memory", "1K", "--strict").is_code(1)
         with open("e.json", encoding="utf-8") as f:
             e = json.load(f)["estimate"]
         assert e["fits"] is False and e["limit_bytes"] == 1024, e
@@ -513,6 +548,18 @@ def estimate_of_more_than_the_limit():
         assert m["peak_bytes"] <= e["peak_bytes"] <= 1.3 * m["peak_bytes"] + 1e6, (shape, e, m)
     r = loxo("geodesic", "-", "--estimate", "--max-memory", "1K", stdin=read("s.off")).is_code(0)
     r.has_out("does not fit")
+
+
+@test
+def more_than_there_are_ids():
+    n_vertices, n_faces = 400_000_000, 800_000_000
+    with open("big.ply", "wb") as f:
+        f.write((f"ply\nformat binary_little_endian 1.0\nelement vertex {n_vertices}\nproperty float x\nproperty float y\n"
+                 f"property float z\nelement face {n_faces}\nproperty list uchar int vertex_indices\nend_header\n").encode())
+        f.truncate(f.tell() + 12 * n_vertices + 13 * n_faces)
+    for words in (["--estimate"], ["-s", "0", "-o", "d.npy", "--max-memory", "1T"]):
+        r = loxo("geodesic", "big.ply", *words).is_code(7).has_err(r"^big\.ply: error: .*\b400000000 vertices")
+        assert r.err.count("\n") == 1, r
 
 
 @test

@@ -325,7 +325,9 @@ loxo_status loxo_geodesic_estimate(loxo_context *ctx, int64_t n_vertices, int64_
     if (n_vertices < 0 || n_faces < 0)
         return loxo_fail(ctx, LOXO_ERR_ARGUMENT, "geodesic: a negative number of vertices or faces");
     if (n_vertices > LOXO_INDEX_MAX || n_faces > LOXO_INDEX_MAX / 3)
-        return loxo_fail(ctx, LOXO_ERR_LIMIT, "geodesic: more vertices or half-edges than ids");
+        return loxo_fail(ctx, LOXO_ERR_LIMIT,
+                         "geodesic: %" PRId64 " vertices and %" PRId64 " half-edges; ids go up to %" PRId64, n_vertices,
+                         3 * n_faces, (int64_t)LOXO_INDEX_MAX);
     loxo_status status = loxo_options_check(ctx, "geodesic", loxo_geodesic_options, &problem.settings);
     if (status >= 0) status = loxo_geodesic_resolve(ctx, n_vertices, 1, &problem.settings);
     if (status < 0) return status;
