@@ -65,6 +65,12 @@ loxo_status bench_fail(bench *b, loxo_status status, const char *format, ...) __
 /* The reason of the last failure, the bench's own or the library's. */
 const char *bench_message(const bench *b);
 
+/* Finds the folder of the test meshes where --shared does not say it: $LOXO_SHARED/meshes, ../shared/meshes, and shared/meshes
+ * beside each folder that this program lies in. */
+void bench_find_shared(bench *b);
+/* Says which it is, or where it was looked for. */
+void bench_tell_shared(const bench *b);
+
 /* Whether --method, or the command's own list, has it. */
 bool bench_has_method(const bench *b, const char *name);
 /* Whether it is the paper's: it diffuses heat that can be looked at and given. */
@@ -88,11 +94,16 @@ json_t *bench_stat_json(bench_stat stat);
 
 typedef struct bench_table {
     int n_columns, n_rows;
+    const struct bench *live; /* its rows are printed as they come; NULL: all at the end */
+    int width[BENCH_MAX_COLUMNS];
     char cell[BENCH_MAX_ROWS][BENCH_MAX_COLUMNS][BENCH_CELL]; /* row 0: heads */
 } bench_table;
 
 /* heads and rows are given as "a|b|c"; cells beyond the table's size are dropped. */
 void bench_table_begin(bench_table *table, const char *heads);
+/* Of a table that takes long: each row is printed, and in the file, once it is there. Widths of the columns as they are
+ * expected; a wider cell moves the rest of its row. */
+void bench_table_begin_live(const bench *b, bench_table *table, const char *heads, const int *width);
 void bench_table_row(bench_table *table, const char *format, ...) __attribute__((format(printf, 2, 3)));
 void bench_table_print(const bench *b, const bench_table *table);
 /* printf for everything that people read: standard output, and b->text. */
@@ -168,9 +179,10 @@ typedef struct bench_peer_result {
     double seconds;
     double diffusion_s; /* NaN when it did not say */
     size_t peak_bytes;
+    bool has_written; /* its file of distances is there */
 } bench_peer_result;
 
-/* Runs a peer on a mesh; its distances are then in the file out. Failing is told on stderr and is LOXO_ERR_UNSUPPORTED. */
+/* Runs a peer on a mesh; its distances are then in the file out, if it wrote any. Failing is told on stderr and is LOXO_ERR_UNSUPPORTED. */
 loxo_status bench_peer_run(bench *b, const bench_peer *peer, const char *mesh, const char *out, int n_threads,
                            const char *method, bench_peer_result *result);
 /* Distances from a file: .npy, or raw float64 of n values. */

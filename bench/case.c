@@ -3,6 +3,7 @@
 #include "bench.h"
 
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
@@ -17,6 +18,38 @@ static const bench_case cases[] = {
 };
 /* clang-format on */
 #define N_CASES ((int)(sizeof cases / sizeof cases[0]))
+
+static bool take_shared(bench *b, const char *folder, int n_folder, const char *name)
+{
+    char path[BENCH_PATH];
+    if (snprintf(path, sizeof path, "%.*s%s", n_folder, folder, name) >= BENCH_PATH || access(path, R_OK) != 0)
+        return false;
+    memcpy(b->shared, path, sizeof path);
+    return true;
+}
+
+void bench_find_shared(bench *b)
+{
+    const char *root = getenv("LOXO_SHARED");
+    char self[BENCH_PATH];
+    if (b->shared[0] != '\0') return;
+    if (root != NULL && root[0] != '\0' && take_shared(b, root, (int)strlen(root), "/meshes")) return;
+    if (take_shared(b, "", 0, "../shared/meshes") || !bench_self_path(self)) return;
+    for (char *end = strrchr(self, '/'); end != NULL && end != self; end = strrchr(self, '/')) {
+        *end = '\0';
+        if (take_shared(b, self, (int)(end - self), "/shared/meshes")) return;
+    }
+}
+
+void bench_tell_shared(const bench *b)
+{
+    if (b->shared[0] != '\0')
+        bench_say(b, "Meshes of others: %s\n\n", b->shared);
+    else
+        bench_say(
+            b, "Meshes of others: none; looked for $LOXO_SHARED/meshes, ../shared/meshes, and shared/meshes above this "
+               "program (--shared names the folder)\n\n");
+}
 
 int bench_n_cases(const bench *b) { return N_CASES + (b->mesh != NULL ? 1 : 0); }
 
@@ -128,5 +161,6 @@ loxo_status bench_list(bench *b)
                         bench_case_present(b, &c) ? "yes" : "no: skipped");
     }
     bench_table_print(b, &table);
+    bench_tell_shared(b);
     return LOXO_OK;
 }

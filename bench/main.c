@@ -64,16 +64,18 @@ static const loxo_option options[] = {
 static const struct {
     const char *name, *help;
     loxo_status (*run)(bench *b);
+    bool uses_meshes; /* of others */
 } commands[] = {
-    {"list", "the named cases, and whether their meshes are here", bench_list},
-    {"micro", "STREAM triad, and every hot kernel against it", bench_micro},
-    {"accuracy", "errors against exact distances and against a direct solve of the heat equation", bench_accuracy},
-    {"time", "mesh in memory to distances: seconds, phases, bytes a vertex", bench_time},
-    {"scale", "PLY file to distances in a file, at two sizes: growth of time and bytes a vertex", bench_scale},
-    {"build", "half-edges of a mesh in memory", bench_build},
-    {"orders", "orders of a mesh: what they cost and what they win", bench_orders},
-    {"laplace", "multigrid beside a sparse factor and BoomerAMG: set-up, solve, memory, steps", bench_laplace},
-    {"estimate", "what --estimate of the command predicts, against what a run takes", bench_estimate},
+    {"list", "the named cases, and whether their meshes are here", bench_list, false},
+    {"micro", "STREAM triad, and every hot kernel against it", bench_micro, false},
+    {"accuracy", "errors against exact distances and against a direct solve of the heat equation", bench_accuracy,
+     true},
+    {"time", "mesh in memory to distances: seconds, phases, bytes a vertex", bench_time, false},
+    {"scale", "PLY file to distances in a file, at two sizes: growth of time and bytes a vertex", bench_scale, false},
+    {"build", "half-edges of a mesh in memory", bench_build, false},
+    {"orders", "orders of a mesh: what they cost and what they win", bench_orders, true},
+    {"laplace", "multigrid beside a sparse factor and BoomerAMG: set-up, solve, memory, steps", bench_laplace, true},
+    {"estimate", "what --estimate of the command predicts, against what a run takes", bench_estimate, false},
 };
 #define N_COMMANDS (sizeof commands / sizeof commands[0])
 
@@ -92,11 +94,12 @@ static void print_help(const bench_settings *defaults)
     puts("  --method      methods to measure, as edge,face,fast; all [edge,face; for the paper all that there are]\n"
          "  --out         paper: folder that receives NAME.txt, NAME.json and NAME-*.png\n"
          "  --threads     thread counts to measure, as 1,2 [1 and all]\n"
-         "  --case        only cases whose name has this in it\n"
+         "  --case        only cases, of paper meshes, whose name has this in it\n"
          "  --mesh        a mesh of your own instead of the named cases; source is vertex 0\n"
          "  --exact       its true distances (.npy)\n"
          "  --sweeps      accuracy: also the paper's plain sweeps, as 100,200,400\n"
-         "  --shared      folder of the test meshes [../shared/meshes where it exists]\n"
+         "  --shared      folder of the test meshes [the first that is there: $LOXO_SHARED/meshes, ../shared/meshes,\n"
+         "                shared/meshes beside a folder that this program lies in]\n"
          "  --work        folder for generated meshes and results [a temporary one, removed at the end]\n"
          "  --json        write all numbers to this file\n"
          "  --compare-with [NAME=]COMMAND\n"
@@ -254,6 +257,7 @@ static loxo_status run(bench *b, int argc, char **argv)
     b->ctx = NULL;
     if ((status = loxo_context_create(&settings, &b->ctx)) < 0) return status;
     if (strcmp(argv[0], "worker") == 0) return bench_worker(b, argc - 1, argv + 1);
+    bench_find_shared(b);
     if (!bench_self_path(b->self)) return bench_fail(b, LOXO_ERR_READ, "cannot find this program's own file");
     const bool is_paper = strcmp(argv[0], "paper") == 0;
     if (is_paper && argc == 2 && strcmp(argv[1], "--list") == 0) return bench_paper_list(b);
@@ -272,7 +276,10 @@ static loxo_status run(bench *b, int argc, char **argv)
     if (is_paper) return bench_paper(b, argc - 1, argv + 1);
     for (size_t i = 0; i < N_COMMANDS; ++i) {
         if (strcmp(argv[0], commands[i].name) != 0) continue;
-        if (commands[i].run != bench_list && (status = bench_machine(b)) < 0) return status;
+        if (commands[i].run != bench_list) {
+            if ((status = bench_machine(b)) < 0) return status;
+            if (commands[i].uses_meshes) bench_tell_shared(b);
+        }
         if ((status = commands[i].run(b)) < 0) return status;
         return bench_report_write(b);
     }
@@ -292,7 +299,6 @@ int main(int argc, char **argv)
         print_help(&b.settings);
         return argc < 2 ? loxo_status_exit_code(LOXO_ERR_ARGUMENT) : 0;
     }
-    if (access("../shared/meshes", R_OK) == 0) snprintf(b.shared, sizeof b.shared, "../shared/meshes");
     loxo_status status = loxo_context_create(NULL, &b.ctx);
     b.report = json_object();
     if (status >= 0) status = run(&b, argc - 1, argv + 1);

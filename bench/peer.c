@@ -7,6 +7,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 typedef struct replacement {
     const char *key, *text;
@@ -45,7 +46,8 @@ loxo_status bench_peer_run(bench *b, const bench_peer *peer, const char *mesh, c
 {
     char command[4 * BENCH_PATH], threads[16], source[32];
     bench_child child;
-    *result = (bench_peer_result){NAN, NAN, 0};
+    *result = (bench_peer_result){NAN, NAN, 0, false};
+    (void)unlink(out); /* of a round before */
     snprintf(threads, sizeof threads, "%d", n_threads);
     snprintf(source, sizeof source, "%lld", (long long)b->settings.source);
     const replacement with[] = {{"{mesh}", mesh},       {"{sources}", source}, {"{out}", out},
@@ -59,6 +61,7 @@ loxo_status bench_peer_run(bench *b, const bench_peer *peer, const char *mesh, c
     result->diffusion_s = value_of(child.text, "phase diffusion");
     const double bytes = value_of(child.text, "bytes");
     result->peak_bytes = bytes > 0.0 ? (size_t)bytes : 0;
+    result->has_written = access(out, R_OK) == 0;
     loxo_release(b->ctx, child.text);
     if (child.exit_code == 0 && result->seconds > 0.0) return LOXO_OK;
     return bench_fail(b, LOXO_ERR_UNSUPPORTED, "%s: exit code %d%s: %s", peer->name, child.exit_code,

@@ -57,7 +57,6 @@ json_t *bench_stat_json(bench_stat stat)
 /* Splits text at '|' into the next row. */
 static void add_row(bench_table *table, const char *text)
 {
-    if (table->n_rows == BENCH_MAX_ROWS) return;
     int column = 0;
     for (const char *p = text; column < BENCH_MAX_COLUMNS; ++column) {
         const size_t length = strcspn(p, "|");
@@ -72,10 +71,33 @@ static void add_row(bench_table *table, const char *text)
     table->n_rows += 1;
 }
 
+static void print_row(const bench *b, const bench_table *table, int r, const int *width)
+{
+    for (int c = 0; c < table->n_columns; ++c)
+        bench_say(b, c == 0 ? "  %-*s" : "  %*s", width[c], table->cell[r][c]);
+    bench_say(b, "\n");
+}
+
+/* What is done stays, whatever comes. */
+static void tell_live(const bench_table *table)
+{
+    if (table->live == NULL) return;
+    print_row(table->live, table, table->n_rows - 1, table->width);
+    if (table->live->text != NULL) fflush(table->live->text);
+}
+
 void bench_table_begin(bench_table *table, const char *heads)
 {
     memset(table, 0, sizeof *table);
     add_row(table, heads);
+}
+
+void bench_table_begin_live(const bench *b, bench_table *table, const char *heads, const int *width)
+{
+    bench_table_begin(table, heads);
+    table->live = b;
+    memcpy(table->width, width, (size_t)table->n_columns * sizeof *width);
+    tell_live(table);
 }
 
 void bench_table_row(bench_table *table, const char *format, ...)
@@ -85,7 +107,9 @@ void bench_table_row(bench_table *table, const char *format, ...)
     va_start(args, format);
     vsnprintf(text, sizeof text, format, args);
     va_end(args);
+    if (table->n_rows == BENCH_MAX_ROWS) return;
     add_row(table, text);
+    tell_live(table);
 }
 
 void bench_say(const bench *b, const char *format, ...)
@@ -108,11 +132,8 @@ void bench_table_print(const bench *b, const bench_table *table)
             const int n = (int)strlen(table->cell[r][c]);
             if (n > width[c]) width[c] = n;
         }
-    for (int r = 0; r < table->n_rows; ++r) {
-        for (int c = 0; c < table->n_columns; ++c)
-            bench_say(b, c == 0 ? "  %-*s" : "  %*s", width[c], table->cell[r][c]);
-        bench_say(b, "\n");
-    }
+    for (int r = 0; r < table->n_rows; ++r)
+        print_row(b, table, r, width);
     bench_say(b, "\n");
 }
 

@@ -94,9 +94,13 @@ static loxo_status peer_round(measurement *m, int k, int i)
     if (status < 0) return status;
     p->seconds[k] = result.seconds;
     p->ratio[k] = result.seconds / m->sample[JOB][k];
-    p->diffusion_ratio[k] = result.diffusion_s / m->sample[PHASE_FIRST + LOXO_GEODESIC_PHASE_DIFFUSION][k];
+    const double own_s = m->sample[PHASE_FIRST + LOXO_GEODESIC_PHASE_DIFFUSION][k]; /* 0: a method without */
+    p->diffusion_ratio[k] = own_s > 0.0 ? result.diffusion_s / own_s : (double)NAN;
     p->bytes = (double)result.peak_bytes;
-    if (k == 0) m->peer_error[i] = error_of(m->b, m->c, out);
+    if (k > 0) return LOXO_OK;
+    m->peer_error[i] = result.has_written ? error_of(m->b, m->c, out) : (double)NAN;
+    if (!result.has_written)
+        bench_say(m->b, "%s: wrote no distances to %s: their error is not known\n", m->b->peers[i].name, out);
     return LOXO_OK;
 }
 

@@ -33,7 +33,8 @@ static loxo_status shared_path(bench *b, const char *file, char path[BENCH_PATH]
 {
     const int n = snprintf(path, BENCH_PATH, "%s/%s", b->shared, file);
     if (b->shared[0] != '\0' && n > 0 && n < BENCH_PATH && access(path, R_OK) == 0) return LOXO_OK;
-    return bench_fail(b, LOXO_ERR_UNSUPPORTED, "%s is not here (--shared)", file);
+    return bench_fail(b, LOXO_ERR_UNSUPPORTED,
+                      b->shared[0] != '\0' ? "%s is not in %s" : "%s: no folder of meshes (--shared)", file, b->shared);
 }
 
 static loxo_status work_path(bench *b, char path[BENCH_PATH], const char *name, const char *what, int64_t number,
@@ -101,6 +102,7 @@ loxo_status paper_mesh_make(bench *b, const paper_model *model, double n_wanted,
     json_t *result = NULL;
     int64_t n_base = 0, n_base_faces = 0;
     *mesh = (paper_mesh){.model = model, .truth_from = ""};
+    if (!paper_wants(b, model->name)) return bench_fail(b, LOXO_ERR_UNSUPPORTED, "left out by --case");
     if (model->file == NULL) return make_generated(b, n_wanted, with_truth, mesh);
     loxo_status status = shared_path(b, model->file, mesh->path);
     if (status >= 0) status = count(b, mesh->path, &n_base, &n_base_faces);

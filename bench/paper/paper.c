@@ -1,30 +1,40 @@
 /* SPDX-License-Identifier: MIT
  * The list of tables and figures, and what becomes of one: text, JSON, plots. */
+#define _POSIX_C_SOURCE 200809L /* stat */
+
 #include "paper.h"
 
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 static const struct {
-    const char *name, *help;
+    const char *name, *help, *models;
     loxo_status (*run)(bench *b);
 } figures[] = {
-    {"tao2021-table1", "time, memory, error, best m of all methods on meshes of growing size", paper_tao2021_table1},
+    {"tao2021-table1", "time, memory, error, best m of all methods on meshes of growing size",
+     "bumpy igea brain kitten bumpy250k horse bunny bimba", paper_tao2021_table1},
 #ifdef LOXO_BENCH_WITH_CHOLMOD /* its truth is a direct solve */
-    {"tao2021-fig2", "error of the heat's directions against sweeps and time", paper_tao2021_fig2},
+    {"tao2021-fig2", "error of the heat's directions against sweeps and time", "armadillo bumpy", paper_tao2021_fig2},
 #endif
-    {"tao2021-fig4", "residuals of ADMM against iterations", paper_tao2021_fig4},
-    {"tao2021-fig5", "error of the distance against iterations of ADMM", paper_tao2021_fig5},
-    {"tao2021-fig7", "genus eight, with and without the conditions on cycles", paper_tao2021_fig7},
-    {"tao2021-fig8", "several sources, with and without the conditions on paths", paper_tao2021_fig8},
-    {"tao2021-fig9", "three triangulations of one geometry, with and without the intrinsic one", paper_tao2021_fig9},
-    {"tao2021-fig10", "subdivided meshes, too large for the other methods", paper_tao2021_fig10},
-    {"tao2021-fig11", "time and memory against size, three shapes, all methods", paper_tao2021_fig11},
-    {"tao2021-fig12", "the four steps of the face-based method for each number of threads", paper_tao2021_fig12},
+    {"tao2021-fig4", "residuals of ADMM against iterations", "armadillo bumpy", paper_tao2021_fig4},
+    {"tao2021-fig5", "error of the distance against iterations of ADMM", "igea sphere", paper_tao2021_fig5},
+    {"tao2021-fig7", "genus eight, with and without the conditions on cycles", "genus", paper_tao2021_fig7},
+    {"tao2021-fig8", "several sources, with and without the conditions on paths", "sphere igea", paper_tao2021_fig8},
+    {"tao2021-fig9", "three triangulations of one geometry, with and without the intrinsic one", "kitten igea",
+     paper_tao2021_fig9},
+    {"tao2021-fig10", "subdivided meshes, too large for the other methods", "bunny igea armadillo kitten",
+     paper_tao2021_fig10},
+    {"tao2021-fig11", "time and memory against size, three shapes, all methods", "bumpy igea brain",
+     paper_tao2021_fig11},
+    {"tao2021-fig12", "the four steps of the face-based method for each number of threads",
+     "igea armadillo bumpy brain", paper_tao2021_fig12},
 #ifdef LOXO_BENCH_WITH_CHOLMOD
-    {"tao2021-fig13", "conjugate gradients against sweeps and ADMM: accuracy over time", paper_tao2021_fig13},
+    {"tao2021-fig13", "conjugate gradients against sweeps and ADMM: accuracy over time", "armadillo bumpy",
+     paper_tao2021_fig13},
 #endif
 };
 #define N_FIGURES ((int)(sizeof figures / sizeof figures[0]))
@@ -32,11 +42,30 @@ static const struct {
 loxo_status bench_paper_list(bench *b)
 {
     for (int i = 0; i < N_FIGURES; ++i)
-        bench_say(b, "%-15s %s\n", figures[i].name, figures[i].help);
+        bench_say(b, "%-15s %s\n%-15s on %s\n", figures[i].name, figures[i].help, "", figures[i].models);
     bench_say(b,
               "\ntao2021: Tao et al. 2021, Parallel and Scalable Heat Methods for Geodesic Distance Computation, IEEE "
               "TPAMI 43(2)\n");
     return LOXO_OK;
+}
+
+bool paper_wants(const bench *b, const char *model)
+{
+    return b->case_filter == NULL || strstr(model, b->case_filter) != NULL;
+}
+
+/* Whether --case leaves it a mesh. */
+static bool has_wanted(const bench *b, int figure)
+{
+    for (const paper_model *m = paper_models; m->name != NULL; ++m) {
+        const char *at = figures[figure].models;
+        const size_t n = strlen(m->name);
+        while ((at = strstr(at, m->name)) != NULL &&
+               !((at == figures[figure].models || at[-1] == ' ') && (at[n] == ' ' || at[n] == '\0')))
+            at += n;
+        if (at != NULL && paper_wants(b, m->name)) return true;
+    }
+    return false;
 }
 
 static bool is_named(int figure, int n_names, char **names)
@@ -52,6 +81,19 @@ static loxo_status out_path(bench *b, const char *suffix, char path[BENCH_PATH])
     return n > 0 && n < BENCH_PATH ? LOXO_OK : bench_fail(b, LOXO_ERR_ARGUMENT, "--out: the name is too long");
 }
 
+loxo_status paper_keep(bench *b)
+{
+    char path[BENCH_PATH];
+    if (b->out == NULL) return LOXO_OK;
+    loxo_status status = out_path(b, ".json", path);
+    if (status < 0) return status;
+    char *text = json_dumps(b->report, JSON_INDENT(2) | JSON_REAL_PRECISION(17));
+    if (text == NULL) return LOXO_ERR_MEMORY;
+    status = loxo_write_bytes(b->ctx, path, text, strlen(text));
+    free(text);
+    return status;
+}
+
 static loxo_status make(bench *b, int figure)
 {
     char path[BENCH_PATH];
@@ -63,22 +105,19 @@ static loxo_status make(bench *b, int figure)
     }
     bench_say(b, "%s: %s\n\n", figures[figure].name, figures[figure].help);
     status = bench_machine(b);
+    if (status >= 0) bench_tell_shared(b);
     json_object_set_new(b->report, "figure", json_string(b->figure));
     if (status >= 0) status = figures[figure].run(b);
     if (b->text != NULL && fclose(b->text) != 0 && status >= 0)
         status = bench_fail(b, LOXO_ERR_WRITE, "%s: cannot be written", path);
     b->text = NULL;
-    if (status < 0 || b->out == NULL) return status;
-    if ((status = out_path(b, ".json", path)) < 0) return status;
-    char *text = json_dumps(b->report, JSON_INDENT(2) | JSON_REAL_PRECISION(17));
-    if (text == NULL) return LOXO_ERR_MEMORY;
-    status = loxo_write_bytes(b->ctx, path, text, strlen(text));
-    free(text);
-    return status;
+    return status < 0 ? status : paper_keep(b);
 }
 
-loxo_status bench_paper(bench *b, int n_names, char **names)
+/* Whether what is asked for can be done at all, before anything is. */
+static loxo_status check(bench *b, int n_names, char **names)
 {
+    bool is_left = false;
     for (int i = 0; i < n_names; ++i) {
         bool is_there = strcmp(names[i], "all") == 0;
         for (int k = 0; k < N_FIGURES; ++k)
@@ -87,8 +126,35 @@ loxo_status bench_paper(bench *b, int n_names, char **names)
             return bench_fail(b, LOXO_ERR_ARGUMENT, "no such table or figure: %s; see `loxo-bench paper --list`",
                               names[i]);
     }
+    if (b->mesh != NULL || b->exact != NULL)
+        return bench_fail(b, LOXO_ERR_ARGUMENT,
+                          "--%s is not of paper, whose tables name their meshes; choose by --case",
+                          b->mesh != NULL ? "mesh" : "exact");
+    for (int k = 0; k < N_FIGURES; ++k)
+        is_left = is_left || (is_named(k, n_names, names) && has_wanted(b, k));
+    if (!is_left)
+        return bench_fail(b, LOXO_ERR_ARGUMENT,
+                          "--case: no mesh of these has '%s' in its name; `loxo-bench paper --list` names them",
+                          b->case_filter);
+    struct stat folder;
+    if (b->out != NULL && (stat(b->out, &folder) != 0 || !S_ISDIR(folder.st_mode)))
+        return bench_fail(b, LOXO_ERR_WRITE, "--out: there is no folder %s; make it first: mkdir -p %s", b->out,
+                          b->out);
+    if (b->out != NULL && access(b->out, W_OK | X_OK) != 0)
+        return bench_fail(b, LOXO_ERR_WRITE, "--out: files cannot be made in %s", b->out);
+    return LOXO_OK;
+}
+
+loxo_status bench_paper(bench *b, int n_names, char **names)
+{
+    const loxo_status checked = check(b, n_names, names);
+    if (checked < 0) return checked;
     for (int k = 0; k < N_FIGURES; ++k) {
         if (!is_named(k, n_names, names)) continue;
+        if (!has_wanted(b, k)) {
+            bench_say(b, "%s: left out, none of its meshes has '%s' in its name\n\n", figures[k].name, b->case_filter);
+            continue;
+        }
         json_t *head = json_deep_copy(b->report); /* each has a report of its own */
         const loxo_status status = make(b, k);
         if (status < 0 || b->json_path != NULL) {

@@ -20,6 +20,10 @@ loxo_status paper_tao2021_fig11(bench *b);
 loxo_status paper_tao2021_fig12(bench *b);
 loxo_status paper_tao2021_fig13(bench *b);
 
+/* Whether --case lets a model in. */
+bool paper_wants(const bench *b, const char *model);
+/* Writes FOLDER/FIGURE.json as far as it has come, where --out was given: a run that is ended later has left it. */
+loxo_status paper_keep(bench *b);
 /* Writes FOLDER/FIGURE-suffix.png where --out was given and this build has PNG. */
 loxo_status paper_plot(bench *b, const char *suffix, const loxo_plot *plot);
 /* "0.481 %"; "-" for NaN. */
@@ -58,7 +62,8 @@ typedef struct paper_mesh {
 } paper_mesh;
 
 /* The model with about n_wanted vertices: generated, or the file subdivided as often as comes nearest. with_truth: finds
- * true distances, where need be by the method `exact`. LOXO_ERR_UNSUPPORTED when its file is not here. */
+ * true distances, where need be by the method `exact`. LOXO_ERR_UNSUPPORTED when its file is not
+ * here, or --case leaves it out. */
 loxo_status paper_mesh_make(bench *b, const paper_model *model, double n_wanted, bool with_truth, paper_mesh *mesh);
 /* Mean relative error (29) of a file of distances; NaN when the truth is not known. */
 double paper_error(bench *b, const paper_mesh *mesh, const char *distances);

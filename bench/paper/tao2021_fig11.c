@@ -111,10 +111,10 @@ static loxo_status measure(bench *b, const char *name, bench_table *table, bench
         if (c.n_sizes > 0 && n > (double)b->settings.largest) break;
         status = measure_size(b, model, model->file != NULL ? fmax(n, SMALLEST * pow(4.0, c.n_sizes)) : n, table, &c);
         if (status == LOXO_ERR_UNSUPPORTED) {
-            bench_table_row(table, "%s|not here (--shared)", name);
+            bench_table_row(table, "%s|%s", name, bench_message(b));
             return LOXO_OK;
         }
-        if (status < 0) return status;
+        if (status < 0 || (status = paper_keep(b)) < 0) return status;
         if (model->file != NULL && SMALLEST * pow(4.0, c.n_sizes) > (double)b->settings.largest) break;
     }
     for (int i = 0; i < c.n_lines; ++i) {
@@ -130,15 +130,18 @@ static loxo_status measure(bench *b, const char *name, bench_table *table, bench
 loxo_status paper_tao2021_fig11(bench *b)
 {
     static bench_table table, growth; /* large */
-    bench_table_begin(&table, "mesh|vertices|method|seconds|ns/vertex|RAM, MB|B/vertex|time over the first method's|"
-                              "error, eq. 29|");
+    static const int width[] = {5, 9, 28, 20, 9, 7, 8, 28, 13, 20};
+    bench_table_begin_live(b, &table,
+                           "mesh|vertices|method|seconds|ns/vertex|RAM, MB|B/vertex|time over the first method's|"
+                           "error, eq. 29|",
+                           width);
     bench_table_begin(&growth, "mesh|method|time grows as n to the|memory as n to the");
     for (size_t i = 0; i < N_MODELS; ++i) {
+        if (!paper_wants(b, models[i])) continue;
         const loxo_status status = measure(b, models[i], &table, &growth);
         if (status < 0) return status;
     }
     bench_say(b, "\n");
-    bench_table_print(b, &table);
     bench_table_print(b, &growth);
     bench_say(
         b,

@@ -74,7 +74,7 @@ static loxo_status measure(bench *b, size_t subject, int diffusion, bench_table 
     const double n_wanted = subjects[subject].n_vertices * (model->file == NULL ? b->settings.share : 1.0);
     loxo_status status = paper_mesh_make(b, model, n_wanted, false, &mesh);
     if (status == LOXO_ERR_UNSUPPORTED) {
-        bench_table_row(table, "%s|not here (--shared)", model->name);
+        if (paper_wants(b, model->name)) bench_table_row(table, "%s|%s", model->name, bench_message(b));
         return LOXO_OK;
     }
     if (status < 0) return status;
