@@ -15,5 +15,6 @@
 #include <loxo/mesh.h>
 #include <loxo/moebius.h>
 #include <loxo/monitor.h>
+#include <loxo/polygon.h>
 
 #endif

@@ -50,6 +50,7 @@ const char *loxo_option_unmet(const loxo_option *options, const loxo_option *opt
 extern const loxo_option loxo_geodesic_options[];
 extern const loxo_option loxo_barycenter_options[];
 extern const loxo_option loxo_center_options[];
+extern const loxo_option loxo_polygon_options[];
 extern const loxo_option loxo_mesh_options[];
 extern const loxo_option loxo_intrinsic_options[];
 extern const loxo_option loxo_draw_options[];

@@ -14,6 +14,7 @@
 #define NOISE       (4.0 * EPS)  /* of a mean of unit vectors, as it is computed */
 #define LOST        (8.0 * EPS)  /* of a distance, over 1 - |w| */
 #define NEAR_SPHERE (16.0 * EPS) /* 1 - |w|^2 below which a point cannot be told from the sphere */
+#define FULL_STEP   0.25         /* |u| below which full steps descend, README.md */
 #define ARMIJO      1e-4
 #define WOLFE       0.9
 #define MOST_TRIALS 60
@@ -157,7 +158,7 @@ static loxo_status find_step(search *s, double *z, double *co)
     const bool is_regular = s->settings->method == HYPER_REGULARIZED && !is_certain(s);
     const double shift = is_regular ? s->settings->regularization * s->residual * s->residual : 0.0;
     const double length = solve(s, shift, u);
-    if (s->settings->method == HYPER_DAMPED && !is_certain(s)) {
+    if (s->settings->method == HYPER_DAMPED && length > FULL_STEP) {
         *co = damped(d, u, length, z);
         return LOXO_OK;
     }
@@ -260,6 +261,17 @@ static bool is_over(search *s, double previous)
     return false;
 }
 
+/* A last step that is not looked at: what was left when a look could tell no more. The bound of the point before holds for both ends of it. */
+static void step_blindly(search *s)
+{
+    const int d = s->atoms.d;
+    double u[HYPER_MOST_DIMENSIONS], z[HYPER_MOST_DIMENSIONS];
+    if (!(s->out->frame_bound < 1e-3)) return;
+    const double length = solve(s, 0.0, u), co = exponential(d, u, length, 1.0, z);
+    s->co = k_ball_compose(d, s->w, s->co, z, co, s->w);
+    s->out->co = see_from_outside(s->out, d, s->w, s->co, s->out->w);
+}
+
 static loxo_status run(search *s)
 {
     hyper_result *out = s->out;
@@ -297,6 +309,7 @@ static loxo_status run(search *s)
         }
         if ((always || k_ball_gap(s->co) < s->settings->carry) && (status = carry(s)) < 0) return status;
     }
+    if (out->stop == HYPER_STOP_ROUNDING) step_blindly(s);
     return out->stop == HYPER_STOP_ROUNDING && s->settings->tolerance > 0.0 ? LOXO_NOT_CONVERGED : LOXO_OK;
 }
 

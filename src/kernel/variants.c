@@ -4,6 +4,7 @@
 
 #include "kernel/admm_kernel.h"
 #include "kernel/descent_kernel.h"
+#include "kernel/lane_kernel.h"
 #include "kernel/moment_kernel.h"
 
 static void relax_blocks(const k_row *row, const k_entry *entry, const float *constant, double *value, int64_t begin,
@@ -101,6 +102,8 @@ static void moments3(const double *atom, const double *weight, int64_t n, const 
         k_moments3(atom, weight, n, w, co, sums);
 }
 
+static void lanes(k_lanes *job) { k_lanes_run(job); }
+
 static void jet_arrivals(k_jet_batch *batch) { k_jet_arrivals(batch); }
 
 static void ring_corners(int64_t n, double *spoke, const double *rim, double *cosine, double *sine)
@@ -120,5 +123,6 @@ const k_variant K_VARIANT = {.name = K_VARIANT_TEXT,
                              .look = look,
                              .moments2 = moments2,
                              .moments3 = moments3,
+                             .lanes = lanes,
                              .jet_arrivals = jet_arrivals,
                              .ring_corners = ring_corners};

@@ -7,6 +7,7 @@
 #include "kernel/check_kernel.h"
 #include "kernel/diffusion_kernel.h"
 #include "kernel/jet_kernel.h"
+#include "kernel/lanes.h"
 #include "kernel/unfold_kernel.h"
 
 #include <loxo/context.h>
@@ -35,6 +36,7 @@ typedef struct k_variant {
     void (*moments2)(const double *atom, const double *weight, int64_t n, const double w[2], double co, double sums[6]);
     void (*moments3)(const double *atom, const double *weight, int64_t n, const double w[3], double co,
                      double sums[10]);
+    void (*lanes)(k_lanes *job); /* see lane_kernel.h */
     /* see jet_kernel.h */
     void (*jet_arrivals)(k_jet_batch *batch);
     void (*ring_corners)(int64_t n, double *spoke, const double *rim, double *cosine, double *sine);

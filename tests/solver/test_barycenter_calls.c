@@ -110,7 +110,7 @@ TEST(what_is_told_of_a_triangle)
     CHECK_NEAR(info.w[1], r, 2e-16);
     CHECK_NEAR(info.direction[0], 0.0, 1e-15);
     CHECK_NEAR(info.direction[1], 1.0, 1e-15);
-    CHECK_NEAR(info.gap, 1.0 - r, 4e-16);
+    CHECK_NEAR(info.gap, 1.0 - r, 1e-15);
     CHECK_NEAR(info.radius, 2.0 * atanh(r), 1e-15);
     CHECK_NEAR(info.lambda_min, 0.5, 1e-14); /* three directions at 120 degrees */
     CHECK(info.q <= 1e-14 && info.bound <= 1e-14 && info.frame_bound <= info.bound);

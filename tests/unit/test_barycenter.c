@@ -262,6 +262,43 @@ static double potential(const cloud *c, const double *w, double co)
     return sum / weight;
 }
 
+/* A full step from the centre leaves |F|_g of at most L^2 / 2 and a least eigenvalue of at least what it was less L; Psi falls if L <= 1/2. */
+TEST(what_a_full_step_leaves)
+{
+    double most = 0.0;
+    for (uint64_t seed = 1; seed <= 80; ++seed) {
+        const int d = 2 + (int)(seed % 4);
+        cloud c = cloud_random(8 + (int64_t)(seed % 3) * 20, d, seed, 0.1 * (double)(seed % 5), seed % 2 == 0);
+        hyper_moments m;
+        double w[5] = {0}, a[25], value[2][5], v[25], u[5] = {0}, co = 1.0, length = 0.0;
+        for (int step = 0; step < 2; ++step) {
+            CHECK_OK(hyper_find_moments(test_context, &c.atoms, w, co, &m));
+            const double *row = m.second;
+            for (int i = 0; i < d; ++i)
+                for (int j = i; j < d; ++j) {
+                    a[i * d + j] = a[j * d + i] = (i == j ? 1.0 : 0.0) - *row;
+                    ++row;
+                }
+            hyper_eigen(d, a, value[step], v);
+            if (step == 1) break;
+            for (int i = 0; i < d; ++i)
+                for (int k = 0; k < d; ++k)
+                    u[k] += 0.5 * k_ball_dot(d, v + (ptrdiff_t)i * d, m.mean) / value[0][i] * v[i * d + k];
+            length = 2.0 * sqrt(k_ball_dot(d, u, u));
+            for (int k = 0; k < d; ++k)
+                w[k] = length > 0.0 ? u[k] * (tanh(0.5 * length) / (0.5 * length)) : 0.0;
+            co = 1.0 / (cosh(0.5 * length) * cosh(0.5 * length));
+        }
+        const double residual = sqrt(k_ball_dot(d, m.mean, m.mean));
+        CHECK(residual <= 0.5 * length * length + 1e-15);
+        CHECK(value[1][0] >= value[0][0] - length - 1e-15);
+        if (length <= 0.5) CHECK(potential(&c, w, co) < 0.0);
+        most = fmax(most, residual / (0.5 * length * length));
+        cloud_free(&c);
+    }
+    print_message("residual after a full step: up to %.2f of its bound\n", most);
+}
+
 /* Nearly two points, and others: every damped step lowers the potential. */
 TEST(steps_descend)
 {

@@ -3,6 +3,7 @@
 #include "base/options.h"
 
 #include <loxo/barycenter.h>
+#include <loxo/polygon.h>
 
 #include <math.h>
 
@@ -63,4 +64,33 @@ const char *loxo_barycenter_stop_name(loxo_barycenter_stop stop)
 {
     static const char *const names[] = {"bound", "rounding", "iterations", "ideal", "monitor"};
     return (unsigned)stop < 5 ? names[stop] : "unknown";
+}
+
+loxo_polygon_settings loxo_polygon_settings_default(void)
+{
+    return (loxo_polygon_settings){.tolerance = 0.0, .max_iterations = 100, .edges = false};
+}
+
+#define POLYGON_FIELD(name) offsetof(loxo_polygon_settings, name)
+
+const loxo_option loxo_polygon_options[] = {
+    {.name = "tolerance",
+     .type = LOXO_OPTION_DOUBLE,
+     .offset = POLYGON_FIELD(tolerance),
+     .min = 0.0,
+     .max = HUGE_VAL,
+     .help = "of the certified distance of the edges' barycenter from the centre; 0: as far as doubles go"},
+    {.name = "max-iterations",
+     .type = LOXO_OPTION_INT64,
+     .offset = POLYGON_FIELD(max_iterations),
+     .min = 0.0,
+     .max = 1e9,
+     .help = "most steps of one polygon"},
+    {.name = "edges", .type = LOXO_OPTION_BOOL, .offset = POLYGON_FIELD(edges), .help = "write edges, not vertices"},
+    {.name = NULL}};
+
+const char *loxo_polygon_state_name(loxo_polygon_state state)
+{
+    static const char *const names[] = {"closed", "loose", "flat", "cannot close", "bad", "left"};
+    return (unsigned)state < 6 ? names[state] : "unknown";
 }

@@ -1,0 +1,557 @@
+/* SPDX-License-Identifier: MIT
+ * Closing of K_WIDE polygons side by side, a polygon a lane: edges to unit vectors, the search for the barycenter, the closed polygon.
+ * Polygons of the same number of edges, in the plane or in space, a few thousand edges at most so that they stay in the cache.
+ * Each lane's numbers come from its own polygon alone: who stands beside it, and how wide vectors are, changes no bit.
+ * source  Cantarella, Schumacher 2022; the bound of the last step is (18), the rest is derived in src/hyperbolic/README.md and
+ *         src/solver/barycenter/README.md */
+#ifndef LOXO_KERNEL_LANE_KERNEL_H
+#define LOXO_KERNEL_LANE_KERNEL_H
+
+#include "kernel/lanes.h"
+#include "kernel/moment_kernel.h"
+
+#include <math.h>
+#include <string.h>
+
+#if defined(__AVX__)
+#include <immintrin.h>
+#endif
+
+#define K_LANE_PASSES 12 /* most looks before a lane is left to another way */
+
+typedef int64_t k_wide_bits __attribute__((vector_size(8 * K_WIDE)));
+
+#define K_WIDE_STORE(p, v) (*(k_wide_anywhere *)(void *)(p) = (v))
+/* mask is all ones or all zeros a lane */
+#define K_WIDE_CHOOSE(mask, a, b) ((k_wide)(((mask) & (k_wide_bits)(a)) | (~(mask) & (k_wide_bits)(b))))
+
+static inline void k_wide_sqrt(k_wide *v)
+{
+#if defined(__AVX512F__)
+    *v = (k_wide)_mm512_sqrt_pd((__m512d)*v);
+#elif defined(__AVX__)
+    *v = (k_wide)_mm256_sqrt_pd((__m256d)*v);
+#else
+    for (int l = 0; l < K_WIDE; ++l)
+        (*v)[l] = sqrt((*v)[l]);
+#endif
+}
+
+/* Rows to columns, in place. */
+static inline void k_transpose(k_wide *t)
+{
+#if K_WIDE == 8
+    k_wide u[8], v[8];
+    for (int i = 0; i < 8; i += 2) {
+        u[i] = __builtin_shufflevector(t[i], t[i + 1], 0, 8, 2, 10, 4, 12, 6, 14);
+        u[i + 1] = __builtin_shufflevector(t[i], t[i + 1], 1, 9, 3, 11, 5, 13, 7, 15);
+    }
+    for (int i = 0; i < 8; i += 4)
+        for (int k = 0; k < 2; ++k) {
+            v[i + k] = __builtin_shufflevector(u[i + k], u[i + k + 2], 0, 1, 8, 9, 4, 5, 12, 13);
+            v[i + k + 2] = __builtin_shufflevector(u[i + k], u[i + k + 2], 2, 3, 10, 11, 6, 7, 14, 15);
+        }
+    for (int k = 0; k < 4; ++k) {
+        t[k] = __builtin_shufflevector(v[k], v[k + 4], 0, 1, 2, 3, 8, 9, 10, 11);
+        t[k + 4] = __builtin_shufflevector(v[k], v[k + 4], 4, 5, 6, 7, 12, 13, 14, 15);
+    }
+#else
+    const k_wide a = __builtin_shufflevector(t[0], t[1], 0, 4, 2, 6),
+                 b = __builtin_shufflevector(t[0], t[1], 1, 5, 3, 7);
+    const k_wide c = __builtin_shufflevector(t[2], t[3], 0, 4, 2, 6),
+                 e = __builtin_shufflevector(t[2], t[3], 1, 5, 3, 7);
+    t[0] = __builtin_shufflevector(a, c, 0, 1, 4, 5);
+    t[1] = __builtin_shufflevector(b, e, 0, 1, 4, 5);
+    t[2] = __builtin_shufflevector(a, c, 2, 3, 6, 7);
+    t[3] = __builtin_shufflevector(b, e, 2, 3, 6, 7);
+#endif
+}
+
+/* Numbers begin..begin + count - 1 of the lanes, count <= K_WIDE: t[k][lane]. */
+static inline void k_lanes_gather(const double *const *x, int64_t begin, int64_t count, k_wide *t)
+{
+    if (count == K_WIDE) {
+        for (int l = 0; l < K_WIDE; ++l)
+            t[l] = K_WIDE_LOAD(x[l] + begin);
+        k_transpose(t);
+        return;
+    }
+    for (int64_t k = 0; k < count; ++k)
+        for (int l = 0; l < K_WIDE; ++l)
+            t[k][l] = x[l][begin + k];
+}
+
+/* all: every lane is written. */
+static inline void k_lanes_scatter(double *const *out, bool all, int64_t begin, int64_t count, k_wide *t)
+{
+    if (count == K_WIDE) {
+        k_transpose(t);
+        for (int l = 0; l < K_WIDE; ++l)
+            if (all || out[l] != NULL) K_WIDE_STORE(out[l] + begin, t[l]);
+        return;
+    }
+    for (int64_t k = 0; k < count; ++k)
+        for (int l = 0; l < K_WIDE; ++l)
+            if (all || out[l] != NULL) out[l][begin + k] = t[k][l];
+}
+
+/* The sums of one look: of p, p v, p v v^T; of these the last entry follows from the trace, which is that of the shifted atoms, 1. */
+typedef struct k_lane_sums {
+    k_wide weight, one[3], two[5]; /* xx xy xz yy yz; xx xy */
+} k_lane_sums;
+
+/* The state of the search. */
+typedef struct k_lane_state {
+    k_wide w[3], co, bound;
+    k_wide left;                            /* least eigenvalue at w, from below; where done */
+    k_wide_bits is_done, is_tried, is_over; /* tried: done, not yet certified; over: done, or left to another way */
+} k_lane_state;
+
+static inline void k_lane_add(int d, bool has_weights, const k_wide *v, const k_wide *p, k_lane_sums *s)
+{
+    k_wide pv[3];
+    for (int k = 0; k < d; ++k) {
+        pv[k] = has_weights ? *p * v[k] : v[k];
+        s->one[k] += pv[k];
+    }
+    s->two[0] += pv[0] * v[0];
+    s->two[1] += pv[0] * v[1];
+    if (d == 3) {
+        s->two[2] += pv[0] * v[2];
+        s->two[3] += pv[1] * v[1];
+        s->two[4] += pv[1] * v[2];
+    }
+}
+
+/* What the first look carries from atom to atom. */
+typedef struct k_lane_reader {
+    k_wide before[3]; /* the last vertex */
+    k_wide worst;     /* most that a direction's square is off 1 */
+} k_lane_reader;
+
+/* Atoms begin..begin + count - 1, count <= K_WIDE, of the first look: from the centre, where atoms are what they are. Makes unit vectors
+ * and lengths and keeps them in the buffer. */
+static inline void k_lanes_read(const k_lanes *job, const double *const *x, int d, k_lane_form form, bool has_weights,
+                                int64_t begin, int64_t count, double *restrict at, k_lane_reader *reader,
+                                k_lane_sums *s)
+{
+    const int64_t numbers = count * d, first = (begin + (form == K_LANE_VERTICES ? 1 : 0)) * d;
+    const k_wide ones = (k_wide){0} + 1.0;
+    k_wide t[3 * K_WIDE];
+    for (int c = 0; c < d; ++c) {
+        const int64_t left = numbers - (int64_t)c * K_WIDE;
+        if (left > 0)
+            k_lanes_gather(x, first + (int64_t)c * K_WIDE, left < K_WIDE ? left : K_WIDE, t + (ptrdiff_t)c * K_WIDE);
+    }
+    for (int64_t j = 0; j < count; ++j) {
+        k_wide e[3], square = ones, p = ones;
+        for (int k = 0; k < d; ++k) {
+            e[k] = t[j * d + k];
+            if (form == K_LANE_VERTICES) {
+                const k_wide here = e[k];
+                e[k] -= reader->before[k];
+                reader->before[k] = here;
+            }
+            square = k == 0 ? e[k] * e[k] : square + e[k] * e[k];
+        }
+        if (form == K_LANE_DIRECTIONS) {
+            /* two steps of Newton for the inverse root, from 1 */
+            const k_wide off = square - 1.0, size = off * off;
+            k_wide f = 1.5 - 0.5 * square;
+            f *= 1.5 - 0.5 * square * f * f;
+            for (int k = 0; k < d; ++k)
+                e[k] *= f;
+            reader->worst = K_WIDE_CHOOSE(size <= reader->worst, reader->worst, size); /* NaN stays once it is there */
+            if (has_weights) p = (k_wide){0} + job->length[begin + j];
+        } else {
+            p = square;
+            k_wide_sqrt(&p);
+            const k_wide_bits none = p <= 0.0;
+            const k_wide inverse = 1.0 / K_WIDE_CHOOSE(none, ones, p);
+            for (int k = 0; k < d; ++k)
+                e[k] *= inverse;
+            e[0] = K_WIDE_CHOOSE(none, ones, e[0]); /* an edge of no length: any direction */
+        }
+        for (int k = 0; k < d; ++k, at += K_WIDE)
+            K_WIDE_STORE(at, e[k]);
+        if (has_weights) {
+            K_WIDE_STORE(at, p);
+            at += K_WIDE;
+            s->weight += p;
+        }
+        k_lane_add(d, has_weights, e, &p, s);
+    }
+}
+
+/* bad: lanes whose directions are none. */
+static inline void k_lanes_begin(const k_lanes *job, int half, int d, k_lane_form form, bool has_weights,
+                                 double *restrict buffer, k_lane_sums *sums, k_wide_bits *bad)
+{
+    const double *const *x = job->x + (ptrdiff_t)half * K_WIDE;
+    const int64_t n = job->n, whole = n - n % K_WIDE, row = (int64_t)(d + (has_weights ? 1 : 0)) * K_WIDE;
+    k_lane_reader reader = {0};
+    k_lane_sums s = {0};
+    if (form == K_LANE_VERTICES) {
+        k_wide t[K_WIDE];
+        k_lanes_gather(x, 0, d, t);
+        for (int k = 0; k < d; ++k)
+            reader.before[k] = t[k];
+    }
+    for (int64_t i = 0; i < whole; i += K_WIDE)
+        k_lanes_read(job, x, d, form, has_weights, i, K_WIDE, buffer + i * row, &reader, &s);
+    if (whole < n) k_lanes_read(job, x, d, form, has_weights, whole, n - whole, buffer + whole * row, &reader, &s);
+    if (!has_weights) s.weight += (double)n;
+    *sums = s;
+    *bad = ~(reader.worst <= 4e-12);
+}
+
+/* A look from w. */
+static inline void k_lanes_look(int64_t n, int d, bool has_weights, const double *restrict buffer,
+                                const k_lane_state *state, k_lane_sums *s)
+{
+    const int64_t row = (int64_t)(d + (has_weights ? 1 : 0)) * K_WIDE;
+    const k_wide co = state->co;
+    k_wide w[3];
+    for (int k = 0; k < d; ++k)
+        w[k] = state->w[k];
+    const k_wide weight = s->weight;
+    memset(s, 0, sizeof *s);
+    for (int64_t i = 0; i < n; ++i, buffer += row) {
+        k_wide v[3], square = co, p = co;
+        for (int k = 0; k < d; ++k) {
+            v[k] = K_WIDE_LOAD(buffer + (ptrdiff_t)k * K_WIDE) - w[k];
+            square = k == 0 ? v[k] * v[k] : square + v[k] * v[k];
+        }
+        if (has_weights) p = K_WIDE_LOAD(buffer + (ptrdiff_t)d * K_WIDE);
+        const k_wide f = co / square;
+        for (int k = 0; k < d; ++k)
+            v[k] *= f;
+        k_lane_add(d, has_weights, v, &p, s);
+    }
+    s->weight = weight;
+}
+
+#define K_LANE_EPS   2.3e-16
+#define K_LANE_NEAR  0.1 /* 1 - |w|^2 below which a lane is left to the way that carries atoms */
+#define K_LANE_AHEAD 8.0 /* a bound so many times the tolerance is tried: what is written is mostly better, and tells */
+#define K_LANE_FLAT  1e-5 /* and so for the least eigenvalue */
+
+/* A step from what was seen: direction by the adjugate, the least eigenvalue from below by one step of Laguerre's, damped or full as (17) says.
+ * A lane whose next point is certified, or nearly (ahead times the tolerance), is done. */
+static inline void k_lanes_step(int d, double tolerance, double ahead, const k_lane_sums *s, k_lane_state *state)
+{
+    const k_wide inverse = 1.0 / s->weight, none = (k_wide){0};
+    const k_wide *w = state->w;
+    k_wide m[3], a[6], u[3], det, low; /* a: A = 1 - M, its upper triangle */
+    for (int k = 0; k < d; ++k)
+        m[k] = s->one[k] * inverse - w[k];
+    const k_wide xx = s->two[0] * inverse - 2.0 * m[0] * w[0] - w[0] * w[0];
+    const k_wide xy = s->two[1] * inverse - m[0] * w[1] - w[0] * m[1] - w[0] * w[1];
+    if (d == 2) {
+        a[0] = 1.0 - xx;
+        a[1] = -xy;
+        a[2] = xx;
+        det = a[0] * a[2] - a[1] * a[1];
+        u[0] = a[2] * m[0] - a[1] * m[1];
+        u[1] = a[0] * m[1] - a[1] * m[0];
+        k_wide root = 1.0 - 4.0 * det;
+        root = K_WIDE_CHOOSE(root > 0.0, root, none);
+        k_wide_sqrt(&root);
+        low = 2.0 * det / (1.0 + root);
+    } else {
+        const k_wide xz = s->two[2] * inverse - m[0] * w[2] - w[0] * m[2] - w[0] * w[2];
+        const k_wide yy = s->two[3] * inverse - 2.0 * m[1] * w[1] - w[1] * w[1];
+        const k_wide yz = s->two[4] * inverse - m[1] * w[2] - w[1] * m[2] - w[1] * w[2];
+        a[0] = 1.0 - xx;
+        a[1] = -xy;
+        a[2] = -xz;
+        a[3] = 1.0 - yy;
+        a[4] = -yz;
+        a[5] = xx + yy;
+        const k_wide c00 = a[3] * a[5] - a[4] * a[4], c01 = a[2] * a[4] - a[1] * a[5], c02 = a[1] * a[4] - a[2] * a[3];
+        const k_wide c11 = a[0] * a[5] - a[2] * a[2], c12 = a[1] * a[2] - a[0] * a[4], c22 = a[0] * a[3] - a[1] * a[1];
+        det = a[0] * c00 + a[1] * c01 + a[2] * c02;
+        u[0] = c00 * m[0] + c01 * m[1] + c02 * m[2];
+        u[1] = c01 * m[0] + c11 * m[1] + c12 * m[2];
+        u[2] = c02 * m[0] + c12 * m[1] + c22 * m[2];
+        const k_wide minors = c00 + c11 + c22;
+        k_wide root = minors * minors - 6.0 * det;
+        root = K_WIDE_CHOOSE(root > 0.0, root, none);
+        k_wide_sqrt(&root);
+        low = 3.0 * det / (minors + 2.0 * root);
+    }
+    low -= 16.0 * K_LANE_EPS;
+    k_wide length;
+    const k_wide half = 0.5 / det;
+    length = none;
+    for (int k = 0; k < d; ++k) {
+        u[k] *= half;
+        length += u[k] * u[k];
+    }
+    const k_wide square = length;
+    k_wide_sqrt(&length);
+
+    /* L = 2 |u|. After a full step |F|_g <= L^2 / 2, and the least eigenvalue is at least low - L: the certificate there, before it is seen */
+    const k_wide full_length = 2.0 * length, left = low - full_length;
+    const k_wide share = full_length * full_length / left, noise = 16.0 * K_LANE_EPS / state->co;
+    const k_wide_bits is_full = full_length <= 0.5;
+    const k_wide_bits is_certain = is_full & (left > 0.0) & (share < 0.5);
+    const k_wide to_come = 0.5 * share / (1.0 - share);
+    /* full: tanh(t) / t by Pade, to 1e-19 for t <= 1/8, 1e-13 for t <= 1/4; damped: see src/hyperbolic/README.md */
+    k_wide root = 1.0 + 4.0 * length;
+    k_wide_sqrt(&root);
+    const k_wide damped = 4.0 / ((root + 1.0) * (root + 1.0));
+    const k_wide full = (945.0 + square * (105.0 + square)) / (945.0 + square * (420.0 + 15.0 * square));
+    const k_wide factor = K_WIDE_CHOOSE(is_full, full, damped);
+    const k_wide r = factor * length, co_z = K_WIDE_CHOOSE(is_full, (1.0 - r) * (1.0 + r), damped * root);
+    /* composition, as k_ball_compose */
+    k_wide z[3], sum = none;
+    for (int k = 0; k < d; ++k) {
+        z[k] = factor * u[k];
+        sum += (w[k] + z[k]) * (w[k] + z[k]);
+    }
+    const k_wide over = 1.0 / (sum + state->co * co_z), co = state->co * co_z * over;
+    const k_wide bound = to_come + noise / left + 16.0 * K_LANE_EPS / co;
+
+    k_wide_bits is_good = (low > K_LANE_FLAT) & (co > K_LANE_NEAR) & (length >= 0.0); /* false for NaN */
+    is_good &= (s->weight > 1e-100) & (s->weight < 1e100);
+    const k_wide_bits now =
+        is_good & is_certain & ((to_come <= 4.0 * K_LANE_EPS) | (bound <= ahead * tolerance)) & ~state->is_over;
+    const k_wide_bits moves = is_good & ~state->is_over;
+    for (int k = 0; k < d; ++k) {
+        const k_wide next = ((sum + state->co) * w[k] + state->co * z[k]) * over;
+        z[k] = K_WIDE_CHOOSE(moves, next, w[k]);
+    }
+    for (int k = 0; k < d; ++k)
+        state->w[k] = z[k];
+    state->co = K_WIDE_CHOOSE(moves, co, state->co);
+    state->bound = K_WIDE_CHOOSE(now, bound, state->bound);
+    state->left = K_WIDE_CHOOSE(now, left, state->left);
+    state->is_tried = (state->is_tried & ~now) | (now & (to_come > 4.0 * K_LANE_EPS) & (bound > tolerance));
+    state->is_done |= now;
+    state->is_over |= now | ~is_good;
+}
+
+/* What the writing carries from atom to atom. */
+typedef struct k_lane_writer {
+    k_wide w[3], co, start[3], sum[3], lost[3], product, exponent;
+    k_wide fix[3]; /* taken off the sums with each unit of length */
+    double *out[K_WIDE];
+} k_lane_writer;
+
+/* Atoms begin..begin + count - 1 of the closed polygon: shifted, put back on the sphere by one step of Newton for the inverse root, times
+ * their lengths, added up with compensation. */
+static inline void k_lanes_put(k_lane_writer *r, int d, bool has_weights, bool log_stretch, bool as_edges, bool all,
+                               bool exact, bool fixes, bool writes, int64_t begin, int64_t count,
+                               const double *restrict at)
+{
+    const int64_t numbers = count * d;
+    k_wide t[3 * K_WIDE];
+    for (int64_t j = 0; j < count; ++j) {
+        k_wide y[3], square = r->co, norm = r->co;
+        for (int k = 0; k < d; ++k, at += K_WIDE) {
+            y[k] = K_WIDE_LOAD(at) - r->w[k];
+            square = k == 0 ? y[k] * y[k] : square + y[k] * y[k];
+        }
+        const k_wide f = r->co / square;
+        for (int k = 0; k < d; ++k) {
+            y[k] = f * y[k] - r->w[k];
+            norm = k == 0 ? y[k] * y[k] : norm + y[k] * y[k];
+        }
+        /* what is left to the sphere is small, and added apart: its rounding does not touch the lengths */
+        const k_wide off = 0.5 - 0.5 * norm;
+        k_wide length = off;
+        if (has_weights) {
+            length = K_WIDE_LOAD(at);
+            at += K_WIDE;
+        }
+        if (log_stretch) r->product *= square;
+        for (int k = 0; k < d; ++k) {
+            const k_wide whole = has_weights ? length * y[k] : y[k];
+            const k_wide e = whole + whole * off;
+            k_wide next, lost;
+            if (writes) t[j * d + k] = as_edges ? e : r->start[k] + (exact ? r->sum[k] + r->lost[k] : r->sum[k]);
+            if (exact) { /* Knuth's addition: the sum and all that it lost */
+                next = r->sum[k] + e;
+                const k_wide gained = next - r->sum[k];
+                lost = r->lost[k] + ((r->sum[k] - (next - gained)) + (e - gained));
+                if (fixes) lost -= has_weights ? r->fix[k] * length : r->fix[k];
+            } else { /* Kahan's */
+                const k_wide part = e + r->lost[k];
+                next = r->sum[k] + part;
+                lost = part - (next - r->sum[k]);
+            }
+            r->lost[k] = lost;
+            r->sum[k] = next;
+        }
+    }
+    if (log_stretch) { /* factors are in 2e-3 to 4: K_WIDE of them, and the exponent is taken off */
+        const k_wide_bits bits = (k_wide_bits)r->product;
+        for (int l = 0; l < K_WIDE; ++l)
+            r->exponent[l] += (double)((bits[l] >> 52) - 1023);
+        r->product = (k_wide)((bits & 0xfffffffffffff) | 0x3ff0000000000000);
+    }
+    for (int c = 0; writes && c < d; ++c) {
+        const int64_t left = numbers - (int64_t)c * K_WIDE;
+        if (left > 0)
+            k_lanes_scatter(r->out, all, begin * d + (int64_t)c * K_WIDE, left < K_WIDE ? left : K_WIDE,
+                            t + (ptrdiff_t)c * K_WIDE);
+    }
+}
+
+/* sum: of the edges. fix: see k_lane_writer; NULL: nothing. writes: else they are added up only. */
+static inline void k_lanes_write(k_lanes *job, int half, int d, bool has_weights, bool log_stretch, bool as_edges,
+                                 bool all, bool writes, const double *restrict buffer, const k_lane_state *state,
+                                 const k_wide *fix, k_wide *sum)
+{
+    const int64_t n = job->n, whole = n - n % K_WIDE, row = (int64_t)(d + (has_weights ? 1 : 0)) * K_WIDE;
+    const bool fixes = fix != NULL, exact = fixes || !writes;
+    k_lane_writer r = {.co = state->co};
+    r.product += 1.0;
+    for (int l = 0; l < K_WIDE; ++l)
+        r.out[l] = state->is_done[l] ? job->out[half * K_WIDE + l] : NULL;
+    for (int k = 0; k < d; ++k) {
+        r.w[k] = state->w[k];
+        if (fixes) r.fix[k] = fix[k];
+        for (int l = 0; job->form == K_LANE_VERTICES && l < K_WIDE; ++l)
+            r.start[k][l] = job->x[half * K_WIDE + l][k];
+    }
+    for (int64_t i = 0; i < whole; i += K_WIDE)
+        k_lanes_put(&r, d, has_weights, log_stretch, as_edges, all, exact, fixes, writes, i, K_WIDE, buffer + i * row);
+    if (whole < n)
+        k_lanes_put(&r, d, has_weights, log_stretch, as_edges, all, exact, fixes, writes, whole, n - whole,
+                    buffer + whole * row);
+    for (int k = 0; k < d; ++k)
+        sum[k] = r.sum[k] + r.lost[k];
+    for (int l = 0; log_stretch && l < K_WIDE; ++l)
+        job->stretch[half * K_WIDE + l] = log(r.product[l]) + r.exponent[l] * 0.6931471805599453;
+}
+
+static inline void k_lanes_length(int d, const k_wide *a, k_wide *length)
+{
+    *length = a[0] * a[0] + a[1] * a[1];
+    if (d == 3) *length += a[2] * a[2];
+    k_wide_sqrt(length);
+}
+
+static inline bool k_lanes_any(const k_wide_bits *mask)
+{
+    int64_t any = 0;
+    for (int l = 0; l < K_WIDE; ++l)
+        any |= (*mask)[l];
+    return any != 0;
+}
+
+/* Writes the lanes that are done, and looks at what was written: its edges' sum is the residual at the last point, and certifies it where
+ * the step before it did not; where it does not either, the lane goes on.
+ *
+ * Without a tolerance edges are added up before vertices are written: what their sum is, from rounding that all of them share, of w and of the last look,
+ * is spread over the vertices; to each edge that is less than rounding. */
+static inline void k_lanes_finish(k_lanes *job, int half, int d, bool has_weights, k_lane_state *state,
+                                  const k_wide *total)
+{
+    bool all = true, any = false;
+    k_wide sum[3], fix[3], gap = *total;
+    for (int l = 0; l < K_WIDE; ++l) {
+        const bool writes = state->is_done[l] != 0 && job->out[half * K_WIDE + l] != NULL;
+        all = all && writes;
+        any = any || writes;
+    }
+    if (!any) return;
+    const bool stretch = job->log_stretch, edges = job->as_edges, fixes = !(job->tolerance > 0.0) && !edges;
+    if (fixes) {
+        k_lanes_write(job, half, d, has_weights, false, false, true, false, job->buffer, state, NULL, sum);
+        k_lanes_length(d, sum, &gap);
+        for (int k = 0; k < d; ++k)
+            fix[k] = sum[k] / *total;
+    }
+    k_wide residual = gap;
+    if (all && !stretch && !edges && !fixes)
+        k_lanes_write(job, half, d, has_weights, false, false, true, true, job->buffer, state, NULL, sum);
+    else if (all && !stretch && !edges)
+        k_lanes_write(job, half, d, has_weights, false, false, true, true, job->buffer, state, fix, sum);
+    else
+        k_lanes_write(job, half, d, has_weights, stretch, edges, all, true, job->buffer, state, fixes ? fix : NULL,
+                      sum);
+    k_lanes_length(d, sum, &gap);
+    residual = (fixes ? residual : gap) / *total;
+    for (int l = 0; l < K_WIDE; ++l)
+        job->gap[half * K_WIDE + l] = gap[l];
+    const k_wide share = 2.0 * (residual + 8.0 * K_LANE_EPS / state->co) / state->left;
+    const k_wide bound = 0.5 * share / (1.0 - share) + 16.0 * K_LANE_EPS / state->co;
+    const k_wide_bits better = (share < 0.5) & (bound < state->bound);
+    state->bound = K_WIDE_CHOOSE(better, bound, state->bound);
+    const k_wide_bits again = state->is_done & state->is_tried & (state->bound > job->tolerance);
+    state->is_done &= ~again;
+    state->is_over &= ~again;
+}
+
+/* One vector of polygons, with what the compiler is to know inserted. */
+static inline void k_lanes_half(k_lanes *job, int half, int d, k_lane_form form, bool has_weights)
+{
+    double *buffer = job->buffer;
+    k_lane_state state = {0};
+    k_lane_sums sums;
+    k_wide_bits bad;
+    bool writes = false;
+    double ahead = 1.0;
+    int n_passes = 1;
+    for (int l = 0; l < K_WIDE; ++l)
+        writes = writes || job->out[half * K_WIDE + l] != NULL;
+    if (writes) ahead = K_LANE_AHEAD;
+    state.co += 1.0;
+    k_lanes_begin(job, half, d, form, has_weights, buffer, &sums, &bad);
+    state.is_over = bad;
+    k_lanes_step(d, job->tolerance, ahead, &sums, &state);
+    for (;;) {
+        k_wide_bits is_open = ~state.is_over;
+        while (n_passes < K_LANE_PASSES && k_lanes_any(&is_open)) {
+            k_lanes_look(job->n, d, has_weights, buffer, &state, &sums);
+            k_lanes_step(d, job->tolerance, ahead, &sums, &state);
+            ++n_passes;
+            is_open = ~state.is_over;
+        }
+        k_lanes_finish(job, half, d, has_weights, &state, &sums.weight);
+        is_open = ~state.is_over;
+        if (!k_lanes_any(&is_open) || n_passes == K_LANE_PASSES) break;
+        ahead = 1.0;
+    }
+    for (int l = 0; l < K_WIDE; ++l) {
+        const int lane = half * K_WIDE + l;
+        job->is_done[lane] = state.is_done[l] != 0;
+        job->co[lane] = state.co[l];
+        job->bound[lane] = state.bound[l];
+        job->total[lane] = sums.weight[l];
+        for (int k = 0; k < d; ++k)
+            job->w[lane][k] = state.w[k][l];
+    }
+    if (n_passes > job->n_passes) job->n_passes = n_passes;
+}
+
+static inline void k_lanes_run(k_lanes *job)
+{
+    job->n_passes = 0;
+    for (int half = 0; half < K_HALVES; ++half) {
+        if (job->d == 3) {
+            if (job->form == K_LANE_VERTICES)
+                k_lanes_half(job, half, 3, K_LANE_VERTICES, true);
+            else if (job->form == K_LANE_EDGES)
+                k_lanes_half(job, half, 3, K_LANE_EDGES, true);
+            else if (job->length != NULL)
+                k_lanes_half(job, half, 3, K_LANE_DIRECTIONS, true);
+            else
+                k_lanes_half(job, half, 3, K_LANE_DIRECTIONS, false);
+        } else {
+            if (job->form == K_LANE_VERTICES)
+                k_lanes_half(job, half, 2, K_LANE_VERTICES, true);
+            else if (job->form == K_LANE_EDGES)
+                k_lanes_half(job, half, 2, K_LANE_EDGES, true);
+            else if (job->length != NULL)
+                k_lanes_half(job, half, 2, K_LANE_DIRECTIONS, true);
+            else
+                k_lanes_half(job, half, 2, K_LANE_DIRECTIONS, false);
+        }
+    }
+}
+
+#endif

@@ -1,0 +1,40 @@
+/* SPDX-License-Identifier: MIT
+ * Eight polygons that are closed side by side, as lane_kernel.h does it. */
+#ifndef LOXO_KERNEL_LANES_H
+#define LOXO_KERNEL_LANES_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#define K_LANES 8
+
+/* What the numbers of a polygon are. */
+typedef enum k_lane_form {
+    K_LANE_VERTICES,  /* [n + 1][d] of an open polygon */
+    K_LANE_EDGES,     /* [n][d] */
+    K_LANE_DIRECTIONS /* [n][d] unit vectors to 1e-6; lengths as told */
+} k_lane_form;
+
+typedef struct k_lanes {
+    /* in */
+    k_lane_form form;
+    int d; /* 2 or 3 */
+    int64_t n;
+    const double *x[K_LANES];
+    const double *length; /* [n] of K_LANE_DIRECTIONS; NULL: 1 */
+    double tolerance;     /* of the certified distance; 0: as far as doubles go */
+    double *buffer;       /* [n][d + 1][K_LANES] */
+    double *out[K_LANES]; /* [n][d]; NULL: of this lane nothing is written */
+    bool as_edges;        /* written are edges, not vertices */
+    bool log_stretch;     /* is wanted */
+    /* out */
+    bool is_done
+        [K_LANES]; /* else: leave it to the way that does not mind where the barycenter lies; nothing was written */
+    int n_passes;
+    double w[K_LANES][3], co[K_LANES], bound[K_LANES]; /* barycenter, 1 - |w|^2, certified distance */
+    double total[K_LANES];                             /* length of the polygon */
+    double gap[K_LANES];     /* length of the sum of the closed polygon's edges; where it was written */
+    double stretch[K_LANES]; /* sum of log |x - w|^2 */
+} k_lanes;
+
+#endif
