@@ -179,7 +179,8 @@ LOXO_API loxo_status loxo_geodesic_create(loxo_context *ctx, const loxo_mesh *me
  *   distance   [n_vertices] out, caller's order, in the mesh's unit; +infinity where no source can be reached
  *   info       out, may be NULL
  * returns      LOXO_OK; LOXO_NOT_CONVERGED: the diffusion did not settle; LOXO_CHECK_FAILED: the answer breaks the
- *              thresholds of the settings; LOXO_STOPPED: by the monitor, distance holds what the state then gives,
+ *              thresholds of the settings; LOXO_STOPPED: by the monitor, distance holds what the state then gives (asked at the very
+ *              end, all that there is),
  *              for exact those that were certain, to the bit, the others infinite;
  *              LOXO_ERR_STOPPED: by the monitor before there was any heat; LOXO_ERR_NUMERIC: a distance is not finite;
  *              LOXO_ERR_MEMORY: distance is untouched in all three;

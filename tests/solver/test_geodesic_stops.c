@@ -247,3 +247,114 @@ TEST(stopped_at_any_call_sweeps)
     settings.n_sweeps = 10;
     check_stops(LOXO_SHAPE_ICOSPHERE, 2500, 1, settings, few, 3);
 }
+
+/* Levels of edges around a vertex, of the caller's. */
+static void find_levels(const surface *s, loxo_index source, int64_t *level)
+{
+    const int64_t n = s->soup.n_vertices;
+    bool is_new = true;
+    for (int64_t v = 0; v < n; ++v)
+        level[v] = v == source ? 0 : n;
+    while (is_new) {
+        is_new = false;
+        for (int64_t h = 0; h < 3 * s->soup.n_faces; ++h) {
+            const loxo_index a = s->soup.triangle[h], b = s->soup.triangle[h % 3 == 2 ? h - 2 : h + 1];
+            for (int side = 0; side < 2; ++side) {
+                const loxo_index from = side == 0 ? a : b, to = side == 0 ? b : a;
+                if (level[from] + 1 >= level[to]) continue;
+                level[to] = level[from] + 1;
+                is_new = true;
+            }
+        }
+    }
+}
+
+typedef struct heat_field {
+    double *value;
+    int32_t *scale;
+} heat_field;
+
+static heat_field heat_of(loxo_geodesic *g, const surface *s)
+{
+    heat_field f = {surface_numbers(s), loxo_allocate(s->ctx, s->soup.n_vertices, sizeof *f.scale)};
+    CHECK_STATUS(s->ctx, loxo_geodesic_heat(g, f.value, f.scale), LOXO_OK);
+    return f;
+}
+
+static void release_heat(const surface *s, heat_field *f)
+{
+    loxo_release(s->ctx, f->value);
+    loxo_release(s->ctx, f->scale);
+}
+
+static bool is_same_heat(const heat_field *a, const heat_field *b, int64_t v)
+{
+    return a->value[v] == b->value[v] && a->scale[v] == b->scale[v];
+}
+
+/* A level needs of its own sweep only levels inside it: stopped inside a sweep, those that it has reached hold what this many whole
+ * sweeps give, to the bit, and the others what one less gives. How many it has reached the updates tell. */
+TEST(a_stop_inside_a_sweep)
+{
+    enum { N_SWEEPS = 6 };
+    const loxo_index source = 3;
+    impatient w;
+    loxo_context *ctx = impatient_context(&w, 1);
+    surface s = surface_make(ctx, LOXO_SHAPE_ICOSPHERE, 640, NAN);
+    const int64_t n = s.soup.n_vertices;
+    loxo_geodesic_settings settings = unjudged_settings(LOXO_GEODESIC_FACE);
+    int64_t *level = loxo_allocate(ctx, n, sizeof *level);
+    double *distance = surface_numbers(&s);
+    heat_field whole[N_SWEEPS + 1];
+    int n_inside = 0;
+    find_levels(&s, source, level);
+    settings.diffusion = LOXO_DIFFUSION_SWEEPS;
+    for (int k = 1; k <= N_SWEEPS; ++k) {
+        loxo_geodesic *g;
+        settings.n_sweeps = k;
+        CHECK_STATUS(ctx, loxo_geodesic_create(ctx, s.mesh, &settings, &g), LOXO_OK);
+        CHECK_STATUS(ctx, loxo_geodesic_solve(g, &source, 1, distance, NULL), LOXO_OK);
+        whole[k] = heat_of(g, &s);
+        loxo_geodesic_destroy(g);
+    }
+    loxo_geodesic *g;
+    CHECK_STATUS(ctx, loxo_geodesic_create(ctx, s.mesh, &settings, &g), LOXO_OK);
+    loxo_context_set_monitor(ctx, impatient_monitor, &w);
+    for (int k = 1;; ++k) {
+        loxo_geodesic_info info;
+        w.n_calls = 0;
+        w.stop_at = k;
+        const loxo_status status = loxo_geodesic_solve(g, &source, 1, distance, &info);
+        if (status == LOXO_OK) break;
+        if (status != LOXO_STOPPED || strcmp(w.phase, "diffusion") != 0) continue;
+        const int64_t n_whole = info.n_evaluations / n, n_more = info.n_evaluations % n;
+        if (n_more == 0 || info.n_unreached > 0) continue; /* between sweeps, or while levels were taken in */
+        heat_field stopped = heat_of(g, &s);
+        int64_t n_done = 0, outermost = 0, innermost = n;
+        CHECK(n_whole >= 1 && n_whole < N_SWEEPS);
+        for (int64_t v = 0; v < n; ++v) {
+            const bool is_after = is_same_heat(&stopped, &whole[n_whole + 1], v);
+            const bool is_before = is_same_heat(&stopped, &whole[n_whole], v);
+            CHECK(is_after || is_before);
+            if (is_after && !is_before && level[v] > outermost) outermost = level[v];
+            if (is_before && !is_after && level[v] < innermost) innermost = level[v];
+        }
+        for (int64_t v = 0; v < n; ++v)
+            n_done += level[v] < innermost;
+        CHECK(outermost < innermost);
+        CHECK_EQUAL(n_done, n_more);
+        release_heat(&s, &stopped);
+        ++n_inside;
+    }
+    print_message("%d stops inside a sweep\n", n_inside);
+    CHECK(n_inside > 20);
+    loxo_context_set_monitor(ctx, NULL, NULL);
+    loxo_geodesic_destroy(g);
+    for (int k = 1; k <= N_SWEEPS; ++k)
+        release_heat(&s, &whole[k]);
+    loxo_release(ctx, level);
+    loxo_release(ctx, distance);
+    surface_destroy(&s);
+    w.ctx = NULL;
+    loxo_context_destroy(ctx);
+}

@@ -596,3 +596,32 @@ TEST(any_number_of_threads_gives_the_same_bits)
     test_same_for_any_threads(hash_on, &soup);
     loxo_soup_destroy(test_context, &soup);
 }
+
+/* What the info tells is what the meter sees held, for one source and for several, which are held in another matrix: but for the
+ * solver's own record and its list of seeds. Factors are CHOLMOD's, and come on top. */
+TEST(workspace_is_what_is_held)
+{
+    static const loxo_index sources[3] = {0, 100, 500};
+    surface s = surface_make(test_context, LOXO_SHAPE_ICOSPHERE, 2500, NAN);
+    double *distance = surface_numbers(&s);
+    for (int k = 0; k < 4; ++k) {
+        loxo_geodesic_settings settings =
+            unjudged_settings(k % 2 == 0 ? LOXO_GEODESIC_HEAT : LOXO_GEODESIC_VARIATIONAL);
+        if (k >= 2) settings.factor = LOXO_FACTOR_CHOLESKY;
+        const size_t before = loxo_context_memory(test_context).current_bytes;
+        loxo_geodesic *g = NULL;
+        loxo_geodesic_info info;
+        const loxo_status created = loxo_geodesic_create(test_context, s.mesh, &settings, &g);
+        if (created == LOXO_ERR_UNSUPPORTED) continue; /* no CHOLMOD */
+        CHECK_STATUS(test_context, created, LOXO_OK);
+        for (int n = 1; n <= 5; ++n) {
+            CHECK(loxo_geodesic_solve(g, sources, n % 2 == 1 ? 1 : 3, distance, &info) >= 0);
+            const double held = (double)(loxo_context_memory(test_context).current_bytes - before);
+            if (k < 2) CHECK_NEAR((double)info.workspace_bytes, held, 2048.0);
+            if (k >= 2) CHECK((double)info.workspace_bytes > held + 100.0 * (double)s.soup.n_vertices);
+        }
+        loxo_geodesic_destroy(g);
+    }
+    loxo_release(test_context, distance);
+    surface_destroy(&s);
+}

@@ -472,12 +472,16 @@ loxo_status heat_sweep(parallel_heat *g, diffusion_result *result)
     const bool is_stopped = loxo_phases_run(&phases, threads_for_levels(g));
     heat_window_end(g);
     if (s.status < 0) return s.status;
-    const int64_t n_done = is_stopped ? s.unit.step + 1 : g->settings.n_sweeps;
     if (s.unit.act == ACT_BUILD_PLAIN) cut_at_front(g, s.unit.level);
-    const int64_t parity = (n_done - 1) & 1;
-    for (int64_t p = 0; p < g->n_reached; ++p)
+    /* A stop inside a sweep leaves levels that it has reached, and behind them those as the sweep before has left them. */
+    const bool is_within = is_stopped && s.unit.act == ACT_RELAX_ALL;
+    const int64_t n_whole = s.unit.act == ACT_RELAX_ALL ? s.unit.step : 1;
+    const int64_t n_more = is_within ? g->level_begin[s.unit.level + 1] : 0;
+    for (int64_t p = 0; p < g->n_reached; ++p) {
+        const int64_t parity = (n_whole - (p < n_more ? 0 : 1)) & 1;
         g->value[(2 * p + 1) ^ parity] = g->value[(2 * p) ^ parity];
-    *result = (diffusion_result){.n_updates = n_done * g->n_reached,
+    }
+    *result = (diffusion_result){.n_updates = n_whole * g->n_reached + n_more,
                                  .max_window = g->n_levels,
                                  .n_nonpositive = count_nonpositive(g),
                                  .change = NAN,

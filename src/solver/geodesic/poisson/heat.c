@@ -43,7 +43,7 @@ static loxo_status factor_heat(poisson *p, bool is_pinned, loxo_cholesky **facto
     }
     loxo_cholesky_info info;
     if ((status = loxo_cholesky_create(p->ctx, &a, &info, factor)) < 0) goto done;
-    p->workspace_bytes += info.factor_bytes;
+    p->factor_bytes[0] += info.factor_bytes;
     status = loxo_cholesky_factor(*factor, &a);
 done:
     loxo_release(p->ctx, is_rim);
@@ -67,14 +67,12 @@ loxo_status poisson_prepare_heat(poisson *p)
         p->marching = state;
         if (status < 0) return status;
         p->field = p->marching->difference;
-        p->workspace_bytes += p->marching->arena.size;
         return LOXO_OK;
     }
     p->heat = loxo_allocate(p->ctx, n, sizeof *p->heat);
     p->heat_scale = loxo_allocate(p->ctx, n, sizeof *p->heat_scale);
     p->field = p->own_field = loxo_allocate(p->ctx, 3 * n_faces, sizeof *p->own_field);
     if (p->heat == NULL || p->heat_scale == NULL || p->own_field == NULL) return LOXO_ERR_MEMORY;
-    p->workspace_bytes += (size_t)n * 12 + (size_t)n_faces * 24;
     if ((status = factor_heat(p, false, &p->heat_factor[0])) < 0) return status;
     return p->problem->n_boundary_edges > 0 ? factor_heat(p, true, &p->heat_factor[1]) : LOXO_OK;
 }

@@ -42,9 +42,30 @@ static void poisson_destroy(void *state)
     loxo_release(ctx, p);
 }
 
-static loxo_status poisson_create(const geodesic_problem *problem, void **state)
+/* What a call has allocated and kept counts, released what another had counts off. */
+static void count_held(poisson *p, size_t bytes_before)
+{
+    p->metered_bytes += loxo_context_memory(p->ctx).current_bytes - bytes_before;
+}
+
+static loxo_status prepare(poisson *p)
 {
     loxo_status status;
+    if (p->settings.factor == LOXO_FACTOR_CHOLESKY && !loxo_cholesky_is_there())
+        return loxo_fail(p->ctx, LOXO_ERR_UNSUPPORTED,
+                         "geodesic: this build has no CHOLMOD; --factor multigrid does without");
+    if (p->settings.method == LOXO_GEODESIC_VARIATIONAL) {
+        p->dual = loxo_allocate(p->ctx, 2 * p->m.n_faces, sizeof *p->dual);
+        if (p->dual == NULL) return LOXO_ERR_MEMORY;
+    }
+    if ((status = poisson_prepare_recovery(p)) < 0) return status;
+    if (loxo_stop_wanted(p->ctx, "factor", 0.5)) return loxo_fail(p->ctx, LOXO_ERR_STOPPED, "geodesic: stopped");
+    return poisson_prepare_heat(p);
+}
+
+static loxo_status poisson_create(const geodesic_problem *problem, void **state)
+{
+    const size_t before = loxo_context_memory(problem->ctx).current_bytes;
     poisson *p = loxo_allocate_zero(problem->ctx, 1, sizeof *p);
     *state = p;
     if (p == NULL) return LOXO_ERR_MEMORY;
@@ -52,17 +73,9 @@ static loxo_status poisson_create(const geodesic_problem *problem, void **state)
     p->ctx = problem->ctx;
     p->m = problem->m;
     p->settings = problem->settings;
-    if (p->settings.factor == LOXO_FACTOR_CHOLESKY && !loxo_cholesky_is_there())
-        return loxo_fail(p->ctx, LOXO_ERR_UNSUPPORTED,
-                         "geodesic: this build has no CHOLMOD; --factor multigrid does without");
-    if (p->settings.method == LOXO_GEODESIC_VARIATIONAL) {
-        p->dual = loxo_allocate(p->ctx, 2 * p->m.n_faces, sizeof *p->dual);
-        if (p->dual == NULL) return LOXO_ERR_MEMORY;
-        p->workspace_bytes += (size_t)p->m.n_faces * 16;
-    }
-    if ((status = poisson_prepare_recovery(p)) < 0) return status;
-    if (loxo_stop_wanted(p->ctx, "factor", 0.5)) return loxo_fail(p->ctx, LOXO_ERR_STOPPED, "geodesic: stopped");
-    return poisson_prepare_heat(p);
+    const loxo_status status = prepare(p);
+    count_held(p, before);
+    return status;
 }
 
 static loxo_status judge(const poisson *p, loxo_status status, const loxo_geodesic_info *info)
@@ -87,10 +100,9 @@ static loxo_status judge(const poisson *p, loxo_status status, const loxo_geodes
     return status;
 }
 
-static loxo_status poisson_solve(void *state, const geodesic_seed *seeds, int64_t n_seeds, double *distance,
-                                 loxo_index *nearest, loxo_geodesic_info *info)
+static loxo_status solve(poisson *p, const geodesic_seed *seeds, int64_t n_seeds, double *distance, loxo_index *nearest,
+                         loxo_geodesic_info *info)
 {
-    poisson *p = state;
     const int64_t n = p->m.n_vertices;
     p->clock_s = loxo_os_clock_s();
     p->n_rounded = 0;
@@ -116,8 +128,18 @@ static loxo_status poisson_solve(void *state, const geodesic_seed *seeds, int64_
     if (nearest != NULL && (status = geodesic_label_nearest(p->problem, seeds, n_seeds, distance, nearest)) < 0)
         return status;
     poisson_clock(p, LOXO_GEODESIC_PHASE_INTEGRATE, info);
-    info->workspace_bytes = p->workspace_bytes + p->solver_bytes;
     return judge(p, of_solve, info);
+}
+
+static loxo_status poisson_solve(void *state, const geodesic_seed *seeds, int64_t n_seeds, double *distance,
+                                 loxo_index *nearest, loxo_geodesic_info *info)
+{
+    poisson *p = state;
+    const size_t before = loxo_context_memory(p->ctx).current_bytes;
+    const loxo_status status = solve(p, seeds, n_seeds, distance, nearest, info);
+    count_held(p, before); /* other vertices held are another matrix, and another hierarchy */
+    info->workspace_bytes = p->metered_bytes + p->factor_bytes[0] + p->factor_bytes[1];
+    return status;
 }
 
 /* While the last factor is made: a matrix of ours, CHOLMOD's half of it twice; and the pages of its libraries. */

@@ -34,9 +34,10 @@ typedef struct poisson {
     loxo_mesh_view m;
     loxo_geodesic_settings settings;
     double clock_s;
-    size_t workspace_bytes, solver_bytes; /* solver: of the Poisson equation, beside the rest */
-    int64_t n_rounded;                    /* equations of this solve that rounding ended before the tolerance */
-    double worst;                         /* ... the largest residual of these */
+    size_t metered_bytes,
+        factor_bytes[2]; /* held, by the context's meter; and what CHOLMOD holds: of the heat, of distances */
+    int64_t n_rounded;   /* equations of this solve that rounding ended before the tolerance */
+    double worst;        /* ... the largest residual of these */
 
     /* components, by the matrix: label [n_vertices], NULL where there is one */
     loxo_index *label;

@@ -62,15 +62,13 @@ static loxo_status make_solver(poisson *p)
     loxo_status status = pin(p);
     if (status < 0) return status;
     if (p->settings.factor == LOXO_FACTOR_MULTIGRID) {
-        loxo_multigrid_info grid;
-        if ((status = loxo_multigrid_create(p->ctx, &p->matrix, &grid, &p->multigrid)) < 0) return status;
-        p->solver_bytes = loxo_csr_bytes(&p->matrix) + grid.bytes + loxo_cg_bytes(p->m.n_vertices);
+        if ((status = loxo_multigrid_create(p->ctx, &p->matrix, NULL, &p->multigrid)) < 0) return status;
         status = loxo_cg_create(p->ctx, &p->matrix, &p->cg);
     } else {
         loxo_cholesky_info info;
         if (p->poisson_factor == NULL) {
             if ((status = loxo_cholesky_create(p->ctx, &p->matrix, &info, &p->poisson_factor)) < 0) return status;
-            p->solver_bytes = info.factor_bytes;
+            p->factor_bytes[1] = info.factor_bytes;
         }
         status = loxo_cholesky_factor(p->poisson_factor, &p->matrix);
         loxo_csr_destroy(p->ctx, &p->matrix);
@@ -84,7 +82,6 @@ loxo_status poisson_prepare_recovery(poisson *p)
 {
     const int64_t n = p->m.n_vertices;
     if ((p->right_side = loxo_allocate(p->ctx, n, sizeof *p->right_side)) == NULL) return LOXO_ERR_MEMORY;
-    p->workspace_bytes += (size_t)n * sizeof *p->right_side;
     loxo_status status = make_matrix(p);
     if (status < 0 || (status = label_components(p)) < 0) return status;
     return poisson_hold(p, NULL, 0);
