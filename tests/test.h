@@ -214,6 +214,29 @@ static inline void test_same_for_any_threads(uint64_t (*hash)(loxo_context *ctx,
     }
 }
 
+/* The ladder of instruction sets: what call makes of a copy of n bytes is the same with each that this processor has. out: the
+ * copy that the first has worked on. */
+static inline void test_same_for_any_isa(void (*call)(loxo_isa isa, void *data), const void *in, size_t n, void *out)
+{
+    const size_t room = (n + 63) / 64 * 64;
+    void *copy = aligned_alloc(64, room);
+    CHECK(copy != NULL);
+    memcpy(out, in, n);
+    call(LOXO_ISA_BASELINE, out);
+    for (int isa = LOXO_ISA_BASELINE + 1; isa <= LOXO_ISA_AVX512; ++isa) {
+        loxo_context_settings settings = loxo_context_settings_default();
+        loxo_context *probe = NULL;
+        settings.isa = (loxo_isa)isa;
+        if (loxo_context_create(&settings, &probe) != LOXO_OK) continue; /* not of this processor */
+        loxo_context_destroy(probe);
+        memcpy(copy, in, n);
+        call((loxo_isa)isa, copy);
+        if (memcmp(copy, out, n) != 0) print_error("with instruction set %d:\n", isa);
+        CHECK(memcmp(copy, out, n) == 0);
+    }
+    free(copy);
+}
+
 /* Path of a file that stands beside the project, in $LOXO_SHARED; NULL when it is not there. Valid for four calls. */
 static inline const char *test_shared(const char *name)
 {
