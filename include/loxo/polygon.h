@@ -85,6 +85,41 @@ LOXO_API loxo_status loxo_polygon_close(loxo_context *ctx, const loxo_polygons *
                                         const loxo_polygon_settings *settings, double *out, loxo_polygon_report *report,
                                         double *w, loxo_polygon_info *info);
 
+/* What random closed polygons are uniform in. */
+typedef enum loxo_polygon_measure {
+    LOXO_POLYGON_WALKS, /* random walks of independent uniform directions, on condition that they close; up to rotations in space the symplectic
+                           volume of Kapovich and Millson's polygon space */
+    LOXO_POLYGON_VOLUME /* volume of the set of closed polygons in the product of the edges' spheres */
+} loxo_polygon_measure;
+
+typedef struct loxo_polygon_sample_settings {
+    uint64_t seed;
+    loxo_polygon_measure measure; /* that the weights lead to */
+    double tolerance;             /* as of closing */
+    int64_t max_iterations;
+    bool edges;
+} loxo_polygon_sample_settings;
+
+LOXO_API loxo_polygon_sample_settings loxo_polygon_sample_settings_default(void);
+
+/* Random closed polygons of given edge lengths: open ones of independent uniform directions, closed. What comes out is not uniform; weights make
+ * it so: the mean of exp(log_weight) f over polygons, over the mean of exp(log_weight), tends to the mean of f over the measure. The mean of
+ * exp(log_weight) of LOXO_POLYGON_WALKS tends to the density at 0 of the sum of edges of independent directions.
+ * Polygon number i is drawn from seed and i alone: a stream may be taken in pieces of any size.
+ *   first      number of the first polygon of this call, >= 0
+ *   n_edges    >= 3
+ *   length     [n_edges] > 0; NULL: all 1. No edge may have half of the length or more
+ *   out        [n_polygons][n_edges][d] out, as of loxo_polygon_close, vertex 0 in 0
+ *   log_weight [n_polygons] out, may be NULL; -infinity for a polygon that could not be closed
+ *   info       out, may be NULL
+ * returns      as loxo_polygon_close; LOXO_ERR_ARGUMENT: an edge too long, too
+ * cost         as closing, and some 10 ns an edge; same bits for any number of threads and instruction set, and of calls
+ * source       after Cantarella, Schumacher 2023, CoBarS: Fast reweighted sampling for polygon spaces in any dimension; the weights are derived in
+ *              src/solver/barycenter/README.md */
+LOXO_API loxo_status loxo_polygon_sample(loxo_context *ctx, const loxo_polygon_sample_settings *settings, int64_t first,
+                                         int64_t n_polygons, int64_t n_edges, int d, const double *length, double *out,
+                                         double *log_weight, loxo_polygon_info *info);
+
 #ifdef __cplusplus
 }
 #endif

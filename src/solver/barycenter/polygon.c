@@ -18,7 +18,7 @@ typedef struct closing {
     loxo_context *ctx;
     const loxo_polygons *polygons;
     const loxo_polygon_settings *settings;
-    double *out, *w;
+    double *out, *w, *log_factor;
     loxo_polygon_report *report;
     const k_variant *kernels;
     bool has_lanes;
@@ -60,7 +60,8 @@ static void close_eight(const closing *c, int64_t first, int64_t count, double *
                    .length = p->form == LOXO_POLYGON_DIRECTIONS ? p->length : NULL,
                    .tolerance = c->settings->tolerance,
                    .buffer = buffer,
-                   .as_edges = c->settings->edges};
+                   .as_edges = c->settings->edges,
+                   .log_stretch = c->log_factor != NULL};
     for (int l = 0; l < K_LANES; ++l) {
         job.x[l] = polygon_at(p, l < count ? first + l : first);
         job.out[l] = l < count ? c->out + (first + l) * p->n_edges * p->d : NULL;
@@ -75,6 +76,7 @@ static void close_eight(const closing *c, int64_t first, int64_t count, double *
                                           .gap = job.gap[l],
                                           .bound = job.bound[l],
                                           .co = job.co[l]};
+        if (c->log_factor != NULL) c->log_factor[first + l] = (double)p->n_edges * log(job.co[l]) - job.stretch[l];
         if (c->w != NULL) memcpy(c->w + (first + l) * p->d, job.w[l], (size_t)p->d * sizeof(double));
     }
 }
@@ -123,7 +125,8 @@ static loxo_status close_slab(closing *c, int64_t begin, int64_t end)
         if (report[i].state == LOXO_POLYGON_LEFT) {
             const loxo_status status = polygon_close_alone(c->ctx, c->polygons, begin + i, c->settings, &c->room,
                                                            c->out + (begin + i) * n_numbers, &report[i],
-                                                           c->w == NULL ? NULL : c->w + (begin + i) * c->polygons->d);
+                                                           c->w == NULL ? NULL : c->w + (begin + i) * c->polygons->d,
+                                                           c->log_factor == NULL ? NULL : c->log_factor + begin + i);
             if (status != LOXO_OK) return status;
             ++c->info.n_alone;
         }
@@ -165,8 +168,9 @@ static loxo_status run(closing *c, int64_t slab)
     return c->info.n_loose > 0 ? LOXO_NOT_CONVERGED : LOXO_OK;
 }
 
-loxo_status loxo_polygon_close(loxo_context *ctx, const loxo_polygons *polygons, const loxo_polygon_settings *settings,
-                               double *out, loxo_polygon_report *report, double *w, loxo_polygon_info *info)
+loxo_status polygon_close_batch(loxo_context *ctx, const loxo_polygons *polygons, const loxo_polygon_settings *settings,
+                                double *out, loxo_polygon_report *report, double *w, double *log_factor,
+                                loxo_polygon_info *info)
 {
     const loxo_polygon_settings s = settings == NULL ? loxo_polygon_settings_default() : *settings;
     const double start_s = loxo_os_clock_s();
@@ -182,6 +186,7 @@ loxo_status loxo_polygon_close(loxo_context *ctx, const loxo_polygons *polygons,
                  .settings = &s,
                  .out = out,
                  .w = w,
+                 .log_factor = log_factor,
                  .report = report,
                  .kernels = k_variant_get(loxo_context_isa(ctx)),
                  .has_lanes = polygon_fits_lanes(polygons),
@@ -200,4 +205,10 @@ loxo_status loxo_polygon_close(loxo_context *ctx, const loxo_polygons *polygons,
     c.info.peak_bytes = loxo_context_memory(ctx).peak_bytes;
     *info = c.info;
     return status;
+}
+
+loxo_status loxo_polygon_close(loxo_context *ctx, const loxo_polygons *polygons, const loxo_polygon_settings *settings,
+                               double *out, loxo_polygon_report *report, double *w, loxo_polygon_info *info)
+{
+    return polygon_close_batch(ctx, polygons, settings, out, report, w, NULL, info);
 }

@@ -107,26 +107,43 @@ static void write_zeros(const loxo_polygons *p, double *out, loxo_polygon_report
     if (w != NULL) memset(w, 0, (size_t)p->d * sizeof *w);
 }
 
-static void shift_directions(loxo_context *ctx, const loxo_polygons *p, const polygon_room *room, const hyper_result *r)
+/* Sum of log(co / |x - w|^2): the shift's factors of length. */
+static double add_log_factors(const hyper_atoms *atoms, const double *w, double co)
+{
+    double sum = 0.0;
+    for (int64_t i = 0; i < atoms->n; ++i) {
+        double square = 0.0;
+        for (int k = 0; k < atoms->d; ++k) {
+            const double e = atoms->x[i * atoms->d + k] - w[k];
+            square += e * e;
+        }
+        sum += log(co / square);
+    }
+    return sum;
+}
+
+static void shift_directions(loxo_context *ctx, const loxo_polygons *p, const polygon_room *room, const hyper_result *r,
+                             double *log_factor)
 {
     const hyper_atoms atoms = {.n = p->n_edges, .d = p->d, .x = room->x, .is_unit = true};
-    if (r->kind == HYPER_NOT_UNIQUE) {
-        hyper_shift_atoms(ctx, &atoms, r->w, r->co, room->x);
-        return;
+    const bool is_one = r->kind == HYPER_NOT_UNIQUE;
+    for (int i = 0; i < (is_one ? 1 : r->n_shifts); ++i) {
+        const double *w = is_one ? r->w : r->shift[i], co = is_one ? r->co : r->shift_co[i];
+        if (log_factor != NULL) *log_factor += add_log_factors(&atoms, w, co);
+        hyper_shift_atoms(ctx, &atoms, w, co, room->x);
     }
-    for (int i = 0; i < r->n_shifts; ++i)
-        hyper_shift_atoms(ctx, &atoms, r->shift[i], r->shift_co[i], room->x);
 }
 
 loxo_status polygon_close_alone(loxo_context *ctx, const loxo_polygons *polygons, int64_t p,
                                 const loxo_polygon_settings *settings, polygon_room *room, double *out,
-                                loxo_polygon_report *report, double *w)
+                                loxo_polygon_report *report, double *w, double *log_factor)
 {
     const int d = polygons->d;
     const int64_t n = polygons->n_edges;
     const double *x = polygon_at(polygons, p), *start = polygons->form == LOXO_POLYGON_VERTICES ? x : NULL;
     const double size = find_size(x, d, polygons->form, n);
     int exponent = 0;
+    if (log_factor != NULL) *log_factor = 0.0;
     if (!(size < HUGE_VAL) || !(size > 0.0)) {
         write_zeros(polygons, out, report, w);
         return LOXO_OK;
@@ -152,7 +169,7 @@ loxo_status polygon_close_alone(loxo_context *ctx, const loxo_polygons *polygons
                     : result.kind == HYPER_NOT_UNIQUE ? LOXO_POLYGON_FLAT
                     : status == LOXO_OK               ? LOXO_POLYGON_CLOSED
                                                       : LOXO_POLYGON_LOOSE;
-    if (result.kind != HYPER_NONE) shift_directions(ctx, polygons, room, &result);
+    if (result.kind != HYPER_NONE) shift_directions(ctx, polygons, room, &result, log_factor);
     double sum[HYPER_MOST_DIMENSIONS], fix[HYPER_MOST_DIMENSIONS] = {0};
     const bool fixes = result.kind != HYPER_NONE && !(settings->tolerance > 0.0) && !settings->edges;
     if (fixes) { /* what rounding that all edges share has left of the gap is spread over the vertices */

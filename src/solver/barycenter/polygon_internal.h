@@ -15,10 +15,16 @@ typedef struct polygon_room {
     double *length; /* [n] */
 } polygon_room;
 
-/* polygon_alone.c: one polygon of any size and dimension. p: its number. out [n][d]; w [d] or NULL. */
+/* polygon_alone.c: one polygon of any size and dimension. p: its number. out [n][d]; w [d] or NULL. log_factor, or NULL: sum over the edges
+ * of the log of the map's factor at their directions. */
 loxo_status polygon_close_alone(loxo_context *ctx, const loxo_polygons *polygons, int64_t p,
                                 const loxo_polygon_settings *settings, polygon_room *room, double *out,
-                                loxo_polygon_report *report, double *w);
+                                loxo_polygon_report *report, double *w, double *log_factor);
+
+/* polygon.c: loxo_polygon_close with that. */
+loxo_status polygon_close_batch(loxo_context *ctx, const loxo_polygons *polygons, const loxo_polygon_settings *settings,
+                                double *out, loxo_polygon_report *report, double *w, double *log_factor,
+                                loxo_polygon_info *info);
 
 /* Where the numbers of a polygon begin. */
 static inline const double *polygon_at(const loxo_polygons *p, int64_t i)

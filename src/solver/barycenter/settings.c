@@ -89,6 +89,43 @@ const loxo_option loxo_polygon_options[] = {
     {.name = "edges", .type = LOXO_OPTION_BOOL, .offset = POLYGON_FIELD(edges), .help = "write edges, not vertices"},
     {.name = NULL}};
 
+loxo_polygon_sample_settings loxo_polygon_sample_settings_default(void)
+{
+    return (loxo_polygon_sample_settings){
+        .seed = 1, .measure = LOXO_POLYGON_WALKS, .tolerance = 0.0, .max_iterations = 100, .edges = false};
+}
+
+#define SAMPLE_FIELD(name) offsetof(loxo_polygon_sample_settings, name)
+
+static const char *const measures[] = {"walks", "volume", NULL};
+
+const loxo_option loxo_polygon_sample_options[] = {
+    {.name = "seed",
+     .type = LOXO_OPTION_UINT64,
+     .offset = SAMPLE_FIELD(seed),
+     .min = 0.0,
+     .max = HUGE_VAL,
+     .help = "of the random numbers"},
+    {.name = "measure",
+     .type = LOXO_OPTION_CHOICE,
+     .offset = SAMPLE_FIELD(measure),
+     .choices = measures,
+     .help = "what the weights lead to: random walks that close, or the volume of the set of closed polygons"},
+    {.name = "tolerance",
+     .type = LOXO_OPTION_DOUBLE,
+     .offset = SAMPLE_FIELD(tolerance),
+     .min = 0.0,
+     .max = HUGE_VAL,
+     .help = "of the certified distance of the edges' barycenter from the centre; 0: as far as doubles go"},
+    {.name = "max-iterations",
+     .type = LOXO_OPTION_INT64,
+     .offset = SAMPLE_FIELD(max_iterations),
+     .min = 0.0,
+     .max = 1e9,
+     .help = "most steps of one polygon"},
+    {.name = "edges", .type = LOXO_OPTION_BOOL, .offset = SAMPLE_FIELD(edges), .help = "write edges, not vertices"},
+    {.name = NULL}};
+
 const char *loxo_polygon_state_name(loxo_polygon_state state)
 {
     static const char *const names[] = {"closed", "loose", "flat", "cannot close", "bad", "left"};
