@@ -245,7 +245,7 @@ static const cli_group sample_groups[] = {
 };
 
 static const cli_need sample_needs[] = {
-    {"nearest", NULL}, {"check-gradient-share", NULL}, {"check-breach", NULL}, {NULL, NULL}};
+    {"nearest", NULL}, {"check-gradient-share", NULL}, {"check-breach", NULL}, {"check-estimate", NULL}, {NULL, NULL}};
 
 const cli_command command_sample = {
     .name = "sample",

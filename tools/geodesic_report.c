@@ -109,11 +109,13 @@ static void judge(const loxo_geodesic_info *i, const loxo_geodesic_settings *set
     } conditions[] = {
         {"gradient_share", "its gradient", !is_of_ways && !(i->gradient_share <= settings->check_gradient_share)},
         {"breach_percentile_99", "breached edges", !(i->breach_percentile_99 <= settings->check_breach)},
+        {"error_estimate", "the error it estimates", i->error_estimate > settings->check_estimate},
         {"n_negative", "negative distances", i->n_negative > 0},
     };
+    const int n_conditions = (int)(sizeof conditions / sizeof *conditions);
     json_t *list = json_put_array(info, "check_failed_by");
     size_t used = (size_t)snprintf(text, n_text, "%s", i->check_passed ? "passed" : "FAILED");
-    for (int k = 0; k < 3 && !i->check_passed; ++k) {
+    for (int k = 0; k < n_conditions && !i->check_passed; ++k) {
         if (!conditions[k].is_broken) continue;
         used += (size_t)snprintf(text + used, n_text - used, " %s %s", json_array_size(list) == 0 ? "for" : "and",
                                  conditions[k].what);

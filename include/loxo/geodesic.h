@@ -77,6 +77,7 @@ typedef struct loxo_geodesic_settings {
     double
         check_gradient_share; /* result of a heat method fails its check when |grad d| is off 1 by over 10 % on more of the area */
     double check_breach; /* ... or when the 99th percentile of |d(a) - d(b)| / |ab| - 1 over the edges is more */
+    double check_estimate; /* ... or when `fast` estimates its mean relative error at more */
 } loxo_geodesic_settings;
 
 LOXO_API loxo_geodesic_settings loxo_geodesic_settings_default(void);

@@ -41,9 +41,9 @@ typedef struct k_jet_batch {
 #define K_JET_DOUBT_LEAST                                                                                              \
     1e-5 /* of the last leg: gains that are not worth going back for, corners that are rounded off */
 
-/* q(t) in units of l^2, and the third vertex: at (foot, height) in units of l. */
+/* Distances beyond sigma in units of l, q(t) in units of l^2, and the third vertex: at (foot, height) in units of l. */
 typedef struct k_jet_edge {
-    double q[4], foot, height_square, length;
+    double r_a, r_b, q[4], foot, height_square, length;
 } k_jet_edge;
 
 static inline k_jet_edge k_jet_edge_of(const k_jet_batch *b, int i)
@@ -54,8 +54,12 @@ static inline k_jet_edge k_jet_edge_of(const k_jet_batch *b, int i)
     const double r_a = (b->d_a[i] - b->sigma[i]) * inverse, r_b = (b->d_b[i] - b->sigma[i]) * inverse;
     const double q_a = r_a * r_a, q_b = r_b * r_b;
     const double g_a = 2.0 * r_a * b->slope_a[i], g_b = -2.0 * r_b * b->slope_b[i];
-    return (k_jet_edge){
-        {q_a, g_a, 3.0 * (q_b - q_a) - 2.0 * g_a - g_b, g_a + g_b - 2.0 * (q_b - q_a)}, x, h > 0.0 ? h : 0.0, length};
+    return (k_jet_edge){r_a,
+                        r_b,
+                        {q_a, g_a, 3.0 * (q_b - q_a) - 2.0 * g_a - g_b, g_a + g_b - 2.0 * (q_b - q_a)},
+                        x,
+                        h > 0.0 ? h : 0.0,
+                        length};
 }
 
 /* One Newton step for G'(t) = 0, kept within the edge. The curvature that the front adds counts as far as it leaves three
@@ -111,7 +115,9 @@ static inline void k_jet_arrivals(k_jet_batch *restrict b)
         const double q_b = edge.q[0] + edge.q[1] + edge.q[2] + edge.q[3];
         const double square = edge.q[0] + s * (edge.q[1] + s * (edge.q[2] + s * edge.q[3]));
         const double circle = edge.q[0] + s * (q_b - edge.q[0]) - s * (1.0 - s);
-        const double radius = sqrt(square > 0.0 ? square : 0.0);
+        /* no point of the edge is nearer than the ends' distances allow */
+        const double by_a = edge.r_a - s, by_b = edge.r_b - (1.0 - s), least = by_a > by_b ? by_a : by_b;
+        const double root = sqrt(square > 0.0 ? square : 0.0), radius = root > least ? root : least;
         const double off = radius - sqrt(circle > 0.0 ? circle : 0.0), steep = fabs(edge.q[3]) / (radius + 1e-6);
         const double leg = sqrt((s - edge.foot) * (s - edge.foot) + edge.height_square);
         b->way[i] = edge.length * leg;

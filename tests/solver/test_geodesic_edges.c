@@ -281,6 +281,7 @@ TEST(settings_out_of_range_are_named)
     CHECK_REFUSED(dual_tolerance, nan(""), "dual-tolerance");
     CHECK_REFUSED(check_gradient_share, 1.5, "check-gradient-share");
     CHECK_REFUSED(check_breach, -1.0, "check-breach");
+    CHECK_REFUSED(check_estimate, -1.0, "check-estimate");
     surface_destroy(&s);
 }
 

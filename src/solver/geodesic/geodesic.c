@@ -117,6 +117,11 @@ static loxo_status judge(const loxo_geodesic *g, loxo_status of_method, const lo
                   "%" PRId64 " vertices cannot be reached from the sources; their distance is infinite",
                   info->n_unreached);
     if (of_method != LOXO_OK || info->check_passed) return of_method;
+    if (info->error_estimate > g->problem.settings.check_estimate)
+        return loxo_fail(ctx, LOXO_CHECK_FAILED,
+                         "geodesic: the distances are estimated to be off by %.2g %% on average: take an intrinsic "
+                         "Delaunay triangulation, or exact",
+                         100.0 * info->error_estimate);
     return loxo_fail(ctx, LOXO_CHECK_FAILED,
                      "geodesic: the distances do not pass their check: the gradient's length is off 1 by over a "
                      "tenth on %.1f %% of the area, edges are breached by %.3g (99th percentile), %" PRId64
@@ -163,6 +168,7 @@ static loxo_status solve(loxo_geodesic *g, const geodesic_seed *seeds, int64_t n
     const loxo_status status = geodesic_check(problem, g->distance, touched, n_touched, info);
     if (status < 0) return status;
     if (g->engine->is_of_ways) info->check_passed = info->breach_percentile_99 <= problem->settings.check_breach;
+    if (info->error_estimate > problem->settings.check_estimate) info->check_passed = false;
     if (info->n_negative > 0 && !may_point_anywhere) info->check_passed = false;
     add_phase(info, LOXO_GEODESIC_PHASE_CHECK, &clock_s);
     loxo_mesh_scatter_to_caller(problem->mesh, g->distance, distance);

@@ -26,6 +26,7 @@ loxo_geodesic_settings loxo_geodesic_settings_default(void)
         .nearest = false,
         .check_gradient_share = 0.6,
         .check_breach = 1.5,
+        .check_estimate = 0.05,
     };
 }
 
@@ -154,6 +155,13 @@ const loxo_option loxo_geodesic_options[] = {
      .min = 0.0,
      .max = 1e30,
      .help = "largest 99th percentile of |d(a) - d(b)| / |ab| - 1 over the edges"},
+    {.name = "check-estimate",
+     .type = LOXO_OPTION_DOUBLE,
+     .needs = {"method=fast"},
+     .offset = FIELD(check_estimate),
+     .min = 0.0,
+     .max = 1e30,
+     .help = "largest mean relative error that fast may estimate for itself"},
     {.name = NULL},
 };
 

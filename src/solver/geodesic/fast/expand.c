@@ -129,7 +129,7 @@ static void find_slopes(fast_bench *b, const fast_jet *jet, int64_t begin, int64
 static loxo_index source_of(const fast_state *s, loxo_index v) { return s->nearest != NULL ? s->nearest[v] : -1; }
 
 /* Whether others may have their distances from a vertex: it is final, or was. */
-static bool may_be_leant_on(unsigned flags) { return (flags & (FAST_FINAL | FAST_TAKEN_BACK_MOST)) != 0; }
+static bool may_be_leant_on(unsigned flags) { return (flags & (FAST_FINAL | FAST_TAKEN_BACK)) != 0; }
 
 /* Whether the ray of a came past target, so that what a knows it has from there. Straight lines from one point do not cross each
  * other's edges like that: a and target would hold each other up, however wrong they are. */
@@ -220,7 +220,7 @@ static void emit_along(const fast_state *s, fast_bench *b, loxo_index v, loxo_in
     double renewed = HUGE_VAL;
     if (arrival > before) {
         const fast_jet *jet = &s->jet[y];
-        if ((fast_flags(s, v) & FAST_TAKEN_BACK_MOST) == 0 || jet->ray != ray || jet->crossing < crossing ||
+        if ((fast_flags(s, v) & FAST_TAKEN_BACK) == 0 || jet->ray != ray || jet->crossing < crossing ||
             jet->crossing > crossing)
             return;
         renewed = before;

@@ -17,6 +17,7 @@ static void lay_out(fast_state *s, const loxo_mesh_view *m)
     s->jet = loxo_arena_take(a, n, sizeof *s->jet);
     s->slope = loxo_arena_take(a, 3 * m->n_faces, sizeof *s->slope);
     s->flags = loxo_arena_take(a, n, sizeof *s->flags);
+    s->n_times = loxo_arena_take(a, n, sizeof *s->n_times);
     s->queue[0] = loxo_arena_take(a, n, sizeof *s->queue[0]);
     s->queue[1] = loxo_arena_take(a, n, sizeof *s->queue[1]);
     s->awaited = loxo_arena_take(a, n, sizeof *s->awaited);
@@ -93,7 +94,7 @@ static void plant(fast_state *s, const geodesic_seed *seed)
 static void forget(fast_state *s, int64_t v)
 {
     s->distance[v] = HUGE_VAL;
-    s->flags[v] = 0;
+    s->flags[v] = s->n_times[v] = 0;
     s->awaited[v] = -1;
     if (s->nearest != NULL) s->nearest[v] = -1;
 }

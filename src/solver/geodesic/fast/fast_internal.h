@@ -16,6 +16,9 @@
 #define FAST_RISE            1e-2
 #define FAST_RISE_OF_A_GUESS 1e-4 /* where the ray was guessed from one end of the edge */
 
+/* A vertex is taken back so often at most: so that it ends. */
+#define FAST_TAKEN_BACK_MOST 31
+
 /* Of an edge whose ends are lit from different points, in lengths of it: what one end's circle must gain over both together, how much
  * later than it says the other end may be, and how far off what is taken may be for all that is known. Measured, see README.md. */
 #define FAST_MIXED_GAIN  1e-2
@@ -28,9 +31,8 @@ enum {
     FAST_NEW = 4,
     FAST_LOCKED = 8,
     FAST_LISTED = 16,
-    FAST_TAKEN_BACK = 32, /* counts, up to three: so that it ends */
-    FAST_TAKEN_BACK_MOST = 96,
-    FAST_GUESSED = 128 /* its ray came by one end of an edge */
+    FAST_TAKEN_BACK = 32, /* once at least */
+    FAST_GUESSED = 64     /* its ray came by one end of an edge */
 };
 
 /* The ray that reached a vertex: it leaves the vertex into the corner of half-edge `ray`, which starts there, and crosses the
@@ -92,6 +94,7 @@ typedef struct fast_state {
     double *distance;     /* [n_vertices] */
     fast_jet *jet;        /* [n_vertices] */
     uint8_t *flags;       /* [n_vertices] */
+    uint8_t *n_times;     /* [n_vertices] taken back */
     float *slope;         /* [3 n_faces] of the distance along the half-edge, at its start, once that is final */
     loxo_index *queue[2]; /* [n_vertices] reached, and to be looked at: in the present round and in the next */
     loxo_index *awaited;  /* [n_vertices] of one that is reached but not queued: a nearer neighbour that is not final */

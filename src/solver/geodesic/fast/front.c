@@ -116,7 +116,7 @@ static void select_chunk(fast_state *s, int64_t begin, int64_t end)
         fresh[n_fresh++] = v;
         if (s->limit < HUGE_VAL && d <= s->limit && s->jet[v].ray >= 0)
             overhang = fmax(overhang, fast_edge_across(&s->m, s->jet[v].ray));
-        const unsigned kept_flags = fast_flags(s, v) & (FAST_TAKEN_BACK_MOST | FAST_GUESSED);
+        const unsigned kept_flags = fast_flags(s, v) & (FAST_TAKEN_BACK | FAST_GUESSED);
         __atomic_store_n(&s->flags[v], (uint8_t)(FAST_FINAL | FAST_NEW | kept_flags), __ATOMIC_RELAXED);
     }
     lower(&s->next_horizon, least);
@@ -351,12 +351,18 @@ static bool take_back(fast_state *s)
         const loxo_index v = s->m.halfedge_vertex[now->ray];
         const double rise = (s->flags[v] & FAST_GUESSED) != 0 ? FAST_RISE_OF_A_GUESS : FAST_RISE;
         if (s->jet[v].ray != now->ray || s->distance[v] < now->before || s->distance[v] > now->before ||
-            !(now->arrival > now->before + rise * (double)s->jet[v].length) ||
-            (s->flags[v] & FAST_TAKEN_BACK_MOST) == FAST_TAKEN_BACK_MOST)
+            !(now->arrival > now->before + rise * (double)s->jet[v].length))
             continue;
+        if (s->n_times[v] == FAST_TAKEN_BACK_MOST) {
+            /* it stays, and is known to be off by that; where nothing arrives any more, by a part of the edge */
+            const double most = fast_edge_across(&s->m, now->ray), off = now->arrival - now->before;
+            s->jet[v].doubt = fmaxf(s->jet[v].doubt, (float)(off < most ? off : most));
+            continue;
+        }
         any_within = any_within || now->before <= s->limit;
         s->distance[v] = HUGE_VAL;
-        s->flags[v] = (uint8_t)((s->flags[v] & ~FAST_FINAL) + FAST_TAKEN_BACK);
+        s->flags[v] = (uint8_t)((s->flags[v] & ~FAST_FINAL) | FAST_TAKEN_BACK);
+        ++s->n_times[v];
         s->taken_back[s->n_taken_back++] = v;
     }
     s->n_doubtful = 0;
