@@ -8,6 +8,7 @@
 #include <loxo/center.h>
 #include <loxo/context.h>
 #include <loxo/draw.h>
+#include <loxo/extension.h>
 #include <loxo/geodesic.h>
 #include <loxo/io.h>
 #include <loxo/lines.h>

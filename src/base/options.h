@@ -52,6 +52,7 @@ extern const loxo_option loxo_barycenter_options[];
 extern const loxo_option loxo_center_options[];
 extern const loxo_option loxo_polygon_options[];
 extern const loxo_option loxo_polygon_sample_options[];
+extern const loxo_option loxo_extension_options[];
 extern const loxo_option loxo_mesh_options[];
 extern const loxo_option loxo_intrinsic_options[];
 extern const loxo_option loxo_draw_options[];

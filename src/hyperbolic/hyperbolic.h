@@ -32,6 +32,9 @@ typedef struct hyper_moments {
 /* moments.c: LOXO_ERR_MEMORY. The same bits for any number of threads. */
 loxo_status hyper_find_moments(loxo_context *ctx, const hyper_atoms *atoms, const double *w, double co,
                                hyper_moments *out);
+/* Adds p, p v and p v v^T (rows of the upper triangle) of n unit vectors x [n][d], as kernel/moment_kernel.h does for d = 2, 3. */
+void hyper_add_moments(int d, const double *x, const double *weight, int64_t n, const double *w, double co,
+                       double *sums);
 /* LOXO_ERR_ARGUMENT, with the atom's number as element: a weight that is negative or not finite, a point that is not within 1e-6 of
  * the sphere; no weight at all. is_unit is set. */
 loxo_status hyper_check_atoms(loxo_context *ctx, const char *who, hyper_atoms *atoms);

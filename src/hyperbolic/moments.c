@@ -37,7 +37,8 @@ static void copy_atoms(const hyper_atoms *a, int64_t begin, int64_t end, double 
 }
 
 /* As the kernels, any d; one lane. */
-static void add_any(int d, const double *x, const double *weight, int64_t n, const double *w, double co, double *sums)
+void hyper_add_moments(int d, const double *x, const double *weight, int64_t n, const double *w, double co,
+                       double *sums)
 {
     double *one = sums + 1, *two = one + d, v[HYPER_MOST_DIMENSIONS];
     for (int64_t i = 0; i < n; ++i, x += d) {
@@ -66,7 +67,7 @@ static void add(const k_variant *kernels, int d, const double *x, const double *
 {
     double part[10];
     if (d > 3) {
-        add_any(d, x, weight, n, w, co, sums);
+        hyper_add_moments(d, x, weight, n, w, co, sums);
         return;
     }
     if (d == 3)

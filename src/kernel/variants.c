@@ -104,6 +104,15 @@ static void moments3(const double *atom, const double *weight, int64_t n, const 
 
 static void lanes(k_lanes *job) { k_lanes_run(job); }
 
+static void poisson_weights(int64_t n, const double *x, const double *y, const double z[2], double co, double *p)
+{
+    k_poisson_weights(n, x, y, z, co, p);
+}
+
+static void moved2(const k_moved *moved, double *atom) { k_moved_atoms(2, moved, atom); }
+
+static void moved3(const k_moved *moved, double *atom) { k_moved_atoms(3, moved, atom); }
+
 static void jet_arrivals(k_jet_batch *batch) { k_jet_arrivals(batch); }
 
 static void ring_corners(int64_t n, double *spoke, const double *rim, double *cosine, double *sine)
@@ -124,5 +133,8 @@ const k_variant K_VARIANT = {.name = K_VARIANT_TEXT,
                              .moments2 = moments2,
                              .moments3 = moments3,
                              .lanes = lanes,
+                             .poisson_weights = poisson_weights,
+                             .moved2 = moved2,
+                             .moved3 = moved3,
                              .jet_arrivals = jet_arrivals,
                              .ring_corners = ring_corners};

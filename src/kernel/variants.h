@@ -6,6 +6,7 @@
 
 #include "kernel/check_kernel.h"
 #include "kernel/diffusion_kernel.h"
+#include "kernel/extension_kernel.h"
 #include "kernel/jet_kernel.h"
 #include "kernel/lanes.h"
 #include "kernel/unfold_kernel.h"
@@ -37,6 +38,10 @@ typedef struct k_variant {
     void (*moments3)(const double *atom, const double *weight, int64_t n, const double w[3], double co,
                      double sums[10]);
     void (*lanes)(k_lanes *job); /* see lane_kernel.h */
+    /* see extension_kernel.h */
+    void (*poisson_weights)(int64_t n, const double *x, const double *y, const double z[2], double co, double *p);
+    void (*moved2)(const k_moved *moved, double *atom);
+    void (*moved3)(const k_moved *moved, double *atom);
     /* see jet_kernel.h */
     void (*jet_arrivals)(k_jet_batch *batch);
     void (*ring_corners)(int64_t n, double *spoke, const double *rim, double *cosine, double *sine);
