@@ -117,8 +117,11 @@ void bench_say(const bench *b, const char *format, ...)
     va_list args, again;
     va_start(args, format);
     va_copy(again, args);
+    if (b->text != NULL) { /* first: what was seen is kept, whenever it is killed */
+        vfprintf(b->text, format, again);
+        fflush(b->text);
+    }
     vprintf(format, args);
-    if (b->text != NULL) vfprintf(b->text, format, again);
     va_end(again);
     va_end(args);
     fflush(stdout);
