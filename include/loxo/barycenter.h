@@ -17,10 +17,10 @@ extern "C" {
 
 /* Every method, its name on the command line and what it is: the one list. */
 #define LOXO_BARYCENTER_METHOD_LIST(X)                                                                                 \
-    X(DAMPED, damped, "Newton's direction, a length that always descends; full steps where those do")          \
-    X(REGULARIZED, regularized, "the paper's (34)-(36): regularised Newton steps and a line search")                   \
-    X(NEWTON, newton, "the paper's (16): full Newton steps; may fail to converge")                                     \
-    X(ABIKOFF_YE, abikoff - ye, "steps to the mean, of linear convergence; the baseline")
+    X(DAMPED, "damped", "Newton's direction, a length that always descends; full steps where those do")                \
+    X(REGULARIZED, "regularized", "the paper's (34)-(36): regularised Newton steps and a line search")                 \
+    X(NEWTON, "newton", "the paper's (16): full Newton steps; may fail to converge")                                   \
+    X(ABIKOFF_YE, "abikoff-ye", "steps to the mean, of linear convergence; the baseline")
 
 typedef enum loxo_barycenter_method {
 #define LOXO_BARYCENTER_METHOD_ROW(NAME, name, help) LOXO_BARYCENTER_##NAME,

@@ -251,6 +251,13 @@ TEST(bad_calls)
     CHECK_OK(loxo_barycenter(test_context, &good, NULL, &info));
 }
 
+TEST(names)
+{
+    static const char *const names[] = {"damped", "regularized", "newton", "abikoff-ye", "unknown"};
+    for (int i = 0; i <= LOXO_BARYCENTER_N_METHODS; ++i)
+        CHECK(strcmp(loxo_barycenter_method_name((loxo_barycenter_method)i), names[i]) == 0);
+}
+
 /* The order of the atoms changes rounding only. */
 TEST(the_order_does_not_matter)
 {

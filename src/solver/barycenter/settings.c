@@ -18,7 +18,7 @@ loxo_barycenter_settings loxo_barycenter_settings_default(void)
 }
 
 #define FIELD(name)              offsetof(loxo_barycenter_settings, name)
-#define CHOICE(NAME, name, help) #name,
+#define CHOICE(NAME, name, help) name,
 
 static const char *const methods[] = {LOXO_BARYCENTER_METHOD_LIST(CHOICE) NULL};
 
