@@ -6,6 +6,7 @@
 #define LOXO_KERNEL_BALL_KERNEL_H
 
 #include <math.h>
+#include <stdint.h>
 
 static inline double k_ball_dot(int d, const double *a, const double *b)
 {
@@ -32,6 +33,33 @@ static inline void k_ball_shift(int d, const double *w, double co, const double 
     const double inverse = 1.0 / sqrt(norm);
     for (int i = 0; i < d; ++i)
         y[i] *= inverse;
+}
+
+/* The same for n points of space [n][3], one shift after the other; to the same bits. y may be x. */
+static inline void k_ball_shifts3(int n_shifts, const double (*w)[3], const double *co, int64_t n, const double *x,
+                                  double *y)
+{
+    enum { SIDE_BY_SIDE = 16 };
+    for (int64_t begin = 0; begin < n; begin += SIDE_BY_SIDE) {
+        const int64_t rest = n - begin, here = rest < SIDE_BY_SIDE ? rest : SIDE_BY_SIDE;
+        double p[3][SIDE_BY_SIDE] = {{0.0}};
+        for (int64_t l = 0; l < here; ++l)
+            for (int k = 0; k < 3; ++k)
+                p[k][l] = x[3 * (begin + l) + k];
+        for (int s = 0; s < n_shifts; ++s)
+            for (int l = 0; l < SIDE_BY_SIDE; ++l) {
+                const double a = p[0][l] - w[s][0], b = p[1][l] - w[s][1], c = p[2][l] - w[s][2];
+                const double f = co[s] / (a * a + b * b + c * c);
+                const double u = f * a - w[s][0], v = f * b - w[s][1], t = f * c - w[s][2];
+                const double inverse = 1.0 / sqrt(u * u + v * v + t * t);
+                p[0][l] = u * inverse;
+                p[1][l] = v * inverse;
+                p[2][l] = t * inverse;
+            }
+        for (int64_t l = 0; l < here; ++l)
+            for (int k = 0; k < 3; ++k)
+                y[3 * (begin + l) + k] = p[k][l];
+    }
 }
 
 /* sigma_(-w)(z), (6): the point that is z as seen from w. With a = |w + z|^2 + co_w it is (a w + co_w z) / (|w + z|^2 + co_w co_z), and its co

@@ -3,6 +3,7 @@
 #include "kernel/variants.h"
 
 #include "kernel/admm_kernel.h"
+#include "kernel/ball_kernel.h"
 #include "kernel/descent_kernel.h"
 #include "kernel/lane_kernel.h"
 #include "kernel/moment_kernel.h"
@@ -104,6 +105,11 @@ static void moments3(const double *atom, const double *weight, int64_t n, const 
 
 static void lanes(k_lanes *job) { k_lanes_run(job); }
 
+static void shifts3(int n_shifts, const double (*w)[3], const double *co, int64_t n, const double *x, double *y)
+{
+    k_ball_shifts3(n_shifts, w, co, n, x, y);
+}
+
 static void poisson_weights(int64_t n, const double *x, const double *y, const double z[2], double co, double *p)
 {
     k_poisson_weights(n, x, y, z, co, p);
@@ -133,6 +139,7 @@ const k_variant K_VARIANT = {.name = K_VARIANT_TEXT,
                              .moments2 = moments2,
                              .moments3 = moments3,
                              .lanes = lanes,
+                             .shifts3 = shifts3,
                              .poisson_weights = poisson_weights,
                              .moved2 = moved2,
                              .moved3 = moved3,

@@ -38,6 +38,8 @@ typedef struct k_variant {
     void (*moments3)(const double *atom, const double *weight, int64_t n, const double w[3], double co,
                      double sums[10]);
     void (*lanes)(k_lanes *job); /* see lane_kernel.h */
+    /* see ball_kernel.h */
+    void (*shifts3)(int n_shifts, const double (*w)[3], const double *co, int64_t n, const double *x, double *y);
     /* see extension_kernel.h */
     void (*poisson_weights)(int64_t n, const double *x, const double *y, const double z[2], double co, double *p);
     void (*moved2)(const k_moved *moved, double *atom);

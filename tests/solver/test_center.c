@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: MIT
  * Moebius centring: what a known Moebius map moved comes back, the weighted mean is 0, rotations change nothing; lumped areas. */
 #include "../shapes.h"
+#include "kernel/ball_kernel.h"
+#include "kernel/variants.h"
 
 #include <loxo/center.h>
 #include <loxo/mesh.h>
@@ -112,6 +114,28 @@ TEST(rotations_and_units_change_nothing)
     loxo_release(test_context, centred);
     loxo_release(test_context, turned);
     map_free(&m);
+}
+
+/* The kernel of many points does what one after the other does, to the bit. */
+TEST(shifts_side_by_side)
+{
+    enum { N = 37 };
+    double w[3][3] = {{0.3, -0.2, 0.1}, {0.0, 0.9, 0.3}, {-0.5, 0.5, -0.5}}, co[3], x[3 * N], want[3 * N], y[3 * N];
+    for (int s = 0; s < 3; ++s)
+        co[s] = 1.0 - k_ball_dot(3, w[s], w[s]);
+    for (int i = 0; i < N; ++i) {
+        x[3 * i] = cos(3.0 * i) * cos(i);
+        x[3 * i + 1] = sin(3.0 * i) * cos(i);
+        x[3 * i + 2] = sin(i);
+        memcpy(want + 3 * (ptrdiff_t)i, x + 3 * (ptrdiff_t)i, 3 * sizeof *x);
+        for (int s = 0; s < 3; ++s)
+            k_ball_shift(3, w[s], co[s], want + 3 * (ptrdiff_t)i, want + 3 * (ptrdiff_t)i);
+    }
+    for (int isa = LOXO_ISA_BASELINE; isa <= (int)loxo_context_isa(test_context); ++isa) {
+        memset(y, 0, sizeof y);
+        k_variant_get((loxo_isa)isa)->shifts3(3, (const double(*)[3])w, co, N, x, y);
+        CHECK(memcmp(y, want, sizeof y) == 0);
+    }
 }
 
 TEST(floats_are_put_onto_the_sphere)

@@ -2,6 +2,7 @@
  * Moebius maps as lists of shifts. */
 #include "base/context.h"
 #include "kernel/ball_kernel.h"
+#include "kernel/variants.h"
 #include "par/range.h"
 
 #include <loxo/moebius.h>
@@ -89,12 +90,31 @@ loxo_status loxo_moebius_invert(loxo_context *ctx, const loxo_moebius *map, loxo
     return LOXO_OK;
 }
 
+/* Points of space, by the kernel. */
+static void map_space(loxo_context *ctx, const loxo_moebius *map, int64_t n, const double *x, double *y)
+{
+    const k_variant *kernels = k_variant_get(loxo_context_isa(ctx));
+    double w[LOXO_MOEBIUS_MOST_SHIFTS][3];
+    for (int s = 0; s < map->n_shifts; ++s)
+        memcpy(w[s], map->shift[s], sizeof w[s]);
+#pragma omp parallel num_threads(loxo_threads_for(ctx, n, 2.0 * (map->n_shifts + 1)))
+    {
+        const loxo_range r = loxo_thread_range(n);
+        kernels->shifts3(map->n_shifts, (const double(*)[3])w, map->co, r.end - r.begin, x + 3 * r.begin,
+                         y + 3 * r.begin);
+    }
+}
+
 loxo_status loxo_moebius_map_sphere(loxo_context *ctx, const loxo_moebius *map, int64_t n, const double *x, double *y)
 {
     if (!is_map(map)) return no_map(ctx);
     if (n < 0 || (n > 0 && (x == NULL || y == NULL)))
         return loxo_fail(ctx, LOXO_ERR_ARGUMENT, "moebius: no points to map");
     const int d = map->d;
+    if (d == 3) {
+        map_space(ctx, map, n, x, y);
+        return LOXO_OK;
+    }
 #pragma omp parallel num_threads(loxo_threads_for(ctx, n, 2.0 * d * (map->n_shifts + 1)))
     {
         const loxo_range r = loxo_thread_range(n);
