@@ -95,7 +95,8 @@ typedef struct loxo_extension_info {
 
 /* Values at points of the closed unit disk.
  *   z        [n][2]
- *   co       [n] 1 - |z|^2, for points so near the circle that z has lost it; NULL: from the coordinates
+ *   co       [n] 1 - |z|^2, for points so near the circle that z has lost it; NULL: from the coordinates,
+ *            which within 4e-16 are on it
  *   info     out, may be NULL
  * returns    LOXO_OK; LOXO_NOT_CONVERGED: some are LOXO_EXTENSION_OPEN; LOXO_STOPPED: values from some point on are not there (NaN);
  *            LOXO_ERR_ARGUMENT: with the number as element: a point outside, not finite, or not of its co; LOXO_ERR_MEMORY

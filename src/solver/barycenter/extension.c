@@ -16,6 +16,7 @@
 #define POINTS      16    /* of a piece of work */
 #define LOOK        32768 /* points between two looks at the monitor, a thread */
 #define OUTSIDE     1e-12 /* |z| - 1 that is rounding */
+#define ON_CIRCLE   4e-16 /* 1 - |z| of coordinates that are rounded points of the circle */
 #define SAME_CO     1e-6  /* as in moebius.c */
 
 struct loxo_extension {
@@ -136,7 +137,7 @@ static place place_of(const double z[2], const double *co)
         p.direction[0] = z[0] / p.radius;
         p.direction[1] = z[1] / p.radius;
     }
-    p.co = co != NULL ? *co : fmax((1.0 - p.radius) * (1.0 + p.radius), 0.0);
+    p.co = co != NULL ? *co : fabs(1.0 - p.radius) <= ON_CIRCLE ? 0.0 : (1.0 - p.radius) * (1.0 + p.radius);
     const double gap = p.co / (1.0 + sqrt(p.co < 1.0 ? 1.0 - p.co : 0.0));
     p.beta = gap / (2.0 - gap);
     return p;
