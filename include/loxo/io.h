@@ -85,6 +85,20 @@ LOXO_API loxo_status loxo_read_vertices(loxo_context *ctx, const char *path, int
  * returns      as loxo_read_mesh; LOXO_ERR_MALFORMED: no point in it, too; LOXO_ERR_ARGUMENT */
 LOXO_API loxo_status loxo_read_points(loxo_context *ctx, const char *path, double **position, int64_t *n);
 
+/* An array of numbers of one to three dimensions, the last index fastest. */
+typedef struct loxo_array {
+    double *value; /* from loxo_allocate */
+    int n_dimensions;
+    int64_t shape[3];
+} loxo_array;
+
+/* Reads one: .npy of one to three dimensions (booleans, integers, floats), or text with as many numbers on each line as on the first
+ * (as loxo_read_points): two dimensions. Those of .npy need not be finite.
+ *   array      out; freed by loxo_array_destroy
+ * returns      as loxo_read_mesh; LOXO_ERR_MALFORMED: no number in it, too; LOXO_ERR_ARGUMENT */
+LOXO_API loxo_status loxo_read_array(loxo_context *ctx, const char *path, loxo_array *array);
+LOXO_API void loxo_array_destroy(loxo_context *ctx, loxo_array *array);
+
 typedef struct loxo_write_settings {
     loxo_format format;
     const char *comment; /* one line put into formats that carry comments; may be NULL */
@@ -102,6 +116,10 @@ LOXO_API loxo_status loxo_write_field(loxo_context *ctx, const char *path, const
 /* Writes a matrix [n_rows][n_columns] as .npy (float64), or as .csv without a header. */
 LOXO_API loxo_status loxo_write_matrix(loxo_context *ctx, const char *path, const double *value, int64_t n_rows,
                                        int64_t n_columns);
+/* Writes an array [shape[0]][..]: .npy (float64) of as many dimensions, or .csv without a header, a line for each value of all
+ * indices but the last. */
+LOXO_API loxo_status loxo_write_array(loxo_context *ctx, const char *path, const double *value, int n_dimensions,
+                                      const int64_t *shape);
 /* Writes lines on a surface: .obj (elements l), .vtp, or .csv (line,value,x,y,z: a row a point). "-" gets csv. Lines without points are
  * left out; in the csv the others keep their numbers. */
 LOXO_API loxo_status loxo_write_polylines(loxo_context *ctx, const char *path, const loxo_polylines *lines);

@@ -4,7 +4,7 @@
 #ifndef LOXO_IO_FIELD_H
 #define LOXO_IO_FIELD_H
 
-#include <loxo/context.h>
+#include <loxo/io.h>
 
 /* .npy of versions 1 to 3: booleans, integers and floats of 2, 4 and 8 bytes in either byte order; one dimension, or a
  * second one of 1. */
@@ -30,6 +30,13 @@ loxo_status loxo_read_csv_points(loxo_context *ctx, const uint8_t *bytes, size_t
 /* By the content: .npy or text. */
 loxo_status loxo_read_points_bytes(loxo_context *ctx, const uint8_t *bytes, size_t n_bytes, const char *name,
                                    double **position, int64_t *n);
+
+/* An array of one to three dimensions, as loxo_read_array. */
+loxo_status loxo_read_npy_array(loxo_context *ctx, const uint8_t *bytes, size_t n_bytes, const char *name,
+                                loxo_array *array);
+/* By the content: .npy or text. */
+loxo_status loxo_read_array_bytes(loxo_context *ctx, const uint8_t *bytes, size_t n_bytes, const char *name,
+                                  loxo_array *array);
 
 /* By the content: GIFTI, .npy or text. */
 loxo_status loxo_read_field_bytes(loxo_context *ctx, const uint8_t *bytes, size_t n_bytes, const char *name,

@@ -13,6 +13,7 @@ typedef struct header {
     bool is_big;
     int n_dimensions;
     int64_t dimension[2]; /* of more, the product stands in the second */
+    int64_t shape[3];     /* the first ones */
     bool has_descr, has_order, has_shape;
     bool is_fortran;
 } header;
@@ -83,6 +84,7 @@ static bool take_shape(header *npy)
         if (npy->n_dimensions > 0 && take(npy, ')')) return true;
         if (npy->n_dimensions == 64 || !take_count(npy, &count) || __builtin_mul_overflow(*product, count, product))
             return false;
+        if (npy->n_dimensions < 3) npy->shape[npy->n_dimensions] = count;
         ++npy->n_dimensions;
     }
     return true;
@@ -200,40 +202,74 @@ static loxo_status find_dictionary(loxo_context *ctx, const char *name, const ui
     return LOXO_OK;
 }
 
+static loxo_status read_header(loxo_context *ctx, const uint8_t *bytes, size_t n_bytes, const char *name, header *npy,
+                               size_t *data)
+{
+    loxo_status status = find_dictionary(ctx, name, bytes, n_bytes, npy, data);
+    if (status >= 0) status = parse_dictionary(ctx, name, npy);
+    if (status >= 0 && !is_known_type(npy))
+        status = fail(ctx, name, 10, LOXO_ERR_UNSUPPORTED, "neither integers nor floats of 2, 4, 8 bytes");
+    return status;
+}
+
+/* The numbers of [a][b][c], the last index fastest. */
+static loxo_status read_numbers(loxo_context *ctx, const uint8_t *bytes, size_t n_bytes, const char *name,
+                                const header *npy, size_t data, int64_t a, int64_t b, int64_t c, double **value)
+{
+    int64_t n_wanted, n_numbers = 0;
+    const int64_t n_left = (int64_t)(n_bytes - data);
+    if (__builtin_mul_overflow(a, b, &n_numbers) || __builtin_mul_overflow(n_numbers, c, &n_numbers) ||
+        __builtin_mul_overflow(n_numbers, (int64_t)npy->width, &n_wanted) || n_wanted > n_left)
+        return loxo_fail_at(
+            ctx, LOXO_ERR_MALFORMED, (loxo_place){.file = name, .byte = (int64_t)n_bytes, .element = -1},
+            ".npy: %" PRId64 " numbers are announced, the file holds %" PRId64, n_numbers, n_left / npy->width);
+    if (n_wanted < n_left)
+        loxo_warn(ctx, "npy-trailing", n_left - n_wanted, "%s: %" PRId64 " bytes behind the array are ignored", name,
+                  n_left - n_wanted);
+    const bool swap = npy->is_big != LOXO_HOST_IS_BIG;
+    double *out = loxo_allocate(ctx, n_numbers, sizeof *out);
+    if (out == NULL) return LOXO_ERR_MEMORY;
+    for (int64_t i = 0; i < n_numbers; ++i) {
+        const int64_t k = i % c, j = i / c % b;
+        const int64_t at = npy->is_fortran ? (k * b + j) * a + i / c / b : i;
+        out[i] = load_number(npy, bytes + data + at * npy->width, swap);
+    }
+    *value = out;
+    return LOXO_OK;
+}
+
 /* Rows of so many columns: [*n_rows][n_columns]. */
 static loxo_status read_rows(loxo_context *ctx, const uint8_t *bytes, size_t n_bytes, const char *name,
                              int64_t n_columns, double **value, int64_t *n_rows)
 {
     header npy = {0};
     size_t data = 0;
-    int64_t n_wanted, n_numbers = 0;
-    loxo_status status = find_dictionary(ctx, name, bytes, n_bytes, &npy, &data);
-    if (status >= 0) status = parse_dictionary(ctx, name, &npy);
+    loxo_status status = read_header(ctx, bytes, n_bytes, name, &npy, &data);
     if (status < 0) return status;
-    if (!is_known_type(&npy))
-        return fail(ctx, name, 10, LOXO_ERR_UNSUPPORTED, "neither integers nor floats of 2, 4, 8 bytes");
     if (npy.n_dimensions == 0 || npy.dimension[1] != n_columns)
         return fail(ctx, name, 10, LOXO_ERR_UNSUPPORTED, n_columns == 1 ? "not of one dimension" : "not of 3 columns");
-    const int64_t n_left = (int64_t)(n_bytes - data);
-    if (__builtin_mul_overflow(npy.dimension[0], n_columns, &n_numbers) ||
-        __builtin_mul_overflow(n_numbers, (int64_t)npy.width, &n_wanted) || n_wanted > n_left)
-        return loxo_fail_at(
-            ctx, LOXO_ERR_MALFORMED, (loxo_place){.file = name, .byte = (int64_t)n_bytes, .element = -1},
-            ".npy: %" PRId64 " numbers are announced, the file holds %" PRId64, n_numbers, n_left / npy.width);
-    if (n_wanted < n_left)
-        loxo_warn(ctx, "npy-trailing", n_left - n_wanted, "%s: %" PRId64 " bytes behind the array are ignored", name,
-                  n_left - n_wanted);
-    double *out = loxo_allocate(ctx, n_numbers, sizeof *out);
-    if (out == NULL) return LOXO_ERR_MEMORY;
-    const bool swap = npy.is_big != LOXO_HOST_IS_BIG;
-    for (int64_t i = 0; i < n_numbers; ++i) {
-        const int64_t row = i / n_columns, column = i % n_columns;
-        const int64_t at = npy.is_fortran ? column * npy.dimension[0] + row : i;
-        out[i] = load_number(&npy, bytes + data + at * npy.width, swap);
-    }
-    *value = out;
-    *n_rows = npy.dimension[0];
-    return LOXO_OK;
+    status = read_numbers(ctx, bytes, n_bytes, name, &npy, data, npy.dimension[0], 1, n_columns, value);
+    if (status >= 0) *n_rows = npy.dimension[0];
+    return status;
+}
+
+loxo_status loxo_read_npy_array(loxo_context *ctx, const uint8_t *bytes, size_t n_bytes, const char *name,
+                                loxo_array *array)
+{
+    header npy = {0};
+    size_t data = 0;
+    loxo_status status = read_header(ctx, bytes, n_bytes, name, &npy, &data);
+    if (status < 0) return status;
+    if (npy.n_dimensions < 1 || npy.n_dimensions > 3)
+        return fail(ctx, name, 10, LOXO_ERR_UNSUPPORTED, "not of one to three dimensions");
+    loxo_array own = {.n_dimensions = npy.n_dimensions};
+    int64_t full[3] = {1, 1, 1};
+    for (int k = 0; k < npy.n_dimensions; ++k)
+        own.shape[k] = full[k] = npy.shape[k];
+    if (full[0] == 0 || full[1] == 0 || full[2] == 0) return fail(ctx, name, -1, LOXO_ERR_MALFORMED, "no number in it");
+    status = read_numbers(ctx, bytes, n_bytes, name, &npy, data, full[0], full[1], full[2], &own.value);
+    if (status >= 0) *array = own;
+    return status;
 }
 
 loxo_status loxo_read_npy(loxo_context *ctx, const uint8_t *bytes, size_t n_bytes, const char *name, double **value,

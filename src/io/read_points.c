@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * Points of space out of .npy and text. */
+ * Points of space, and arrays of numbers, out of .npy and text. */
 #include "base/allocate.h"
 #include "base/context.h"
 #include "io/field.h"
@@ -31,11 +31,12 @@ static const char *number_end(const loxo_text *text, const char *p)
 
 static bool is_row_end(const loxo_text *text, const char *p) { return loxo_text_at_line_end(text, p) || *p == '#'; }
 
-/* Three numbers and nothing else. */
-static loxo_status read_row(loxo_context *ctx, const loxo_text *text, const char *p, int64_t row, double point[3])
+/* So many numbers and nothing else. */
+static loxo_status read_row(loxo_context *ctx, const loxo_text *text, const char *p, const char *noun, int64_t row,
+                            int64_t n_columns, double *point)
 {
-    loxo_text_fault fault = {.noun = "point", .element = row, .b = 3};
-    for (int k = 0; k < 3; ++k) {
+    loxo_text_fault fault = {.noun = noun, .element = row, .b = n_columns};
+    for (int64_t k = 0; k < n_columns; ++k) {
         if (k > 0) p = skip_between(text, p);
         fault.at = p;
         if (is_row_end(text, p)) {
@@ -65,27 +66,41 @@ static bool is_header(const loxo_text *text, const char *p)
     return (digit == end || !loxo_is_digit(*digit)) && loxo_scan_double(&p, end, &value) == LOXO_SCAN_BAD;
 }
 
-loxo_status loxo_read_csv_points(loxo_context *ctx, const uint8_t *bytes, size_t n_bytes, const char *name,
-                                 double **position, int64_t *n)
+/* Numbers, or what stands for them, to the end of the line. */
+static int64_t count_columns(const loxo_text *text, const char *p)
+{
+    int64_t n = 0;
+    for (; !is_row_end(text, p); ++n) {
+        const char *end = number_end(text, p);
+        p = skip_between(text, end);
+        if (p == end && end < text->end && !is_row_end(text, p)) return n + 1;
+    }
+    return n;
+}
+
+/* Rows of *n_columns numbers; of as many as the first one has where that comes in as 0. */
+static loxo_status read_csv_rows(loxo_context *ctx, const uint8_t *bytes, size_t n_bytes, const char *name,
+                                 const char *noun, int64_t *n_columns, double **value, int64_t *n)
 {
     const loxo_text text = loxo_text_of(bytes, n_bytes, name);
-    double(*point)[3] = NULL;
+    double *point = NULL;
     int64_t capacity = 0, row = 0, line = 0;
     loxo_status status = LOXO_OK;
     for (const char *p = text.begin; p < text.end && status >= 0; p = loxo_text_next_line(&text, p)) {
         const char *start = loxo_text_skip(&text, p);
         if (is_row_end(&text, start)) continue;
         if (line++ == 0 && is_header(&text, start)) continue;
+        if (*n_columns == 0) *n_columns = count_columns(&text, start);
         if (row == capacity) {
             capacity = 2 * capacity + 64;
-            double(*larger)[3] = loxo_reallocate(ctx, point, capacity, sizeof *larger);
+            double *larger = loxo_reallocate(ctx, point, capacity, (size_t)*n_columns * sizeof *larger);
             if (larger == NULL) {
                 status = LOXO_ERR_MEMORY;
                 break;
             }
             point = larger;
         }
-        status = read_row(ctx, &text, start, row, point[row]);
+        status = read_row(ctx, &text, start, noun, row, *n_columns, point + row * *n_columns);
         if (++row % STOP_ROWS == 0 && status >= 0 && loxo_stop_wanted(ctx, "read", -1.0))
             status = loxo_fail(ctx, LOXO_ERR_STOPPED, "stopped while parsing");
     }
@@ -93,9 +108,32 @@ loxo_status loxo_read_csv_points(loxo_context *ctx, const uint8_t *bytes, size_t
         loxo_release(ctx, point);
         return status;
     }
-    *position = (double *)point;
+    *value = point;
     *n = row;
     return LOXO_OK;
+}
+
+loxo_status loxo_read_csv_points(loxo_context *ctx, const uint8_t *bytes, size_t n_bytes, const char *name,
+                                 double **position, int64_t *n)
+{
+    int64_t n_columns = 3;
+    return read_csv_rows(ctx, bytes, n_bytes, name, "point", &n_columns, position, n);
+}
+
+loxo_status loxo_read_array_bytes(loxo_context *ctx, const uint8_t *bytes, size_t n_bytes, const char *name,
+                                  loxo_array *array)
+{
+    loxo_array own = {.n_dimensions = 2};
+    loxo_status status;
+    if (n_bytes >= 6 && memcmp(bytes, "\x93NUMPY", 6) == 0)
+        status = loxo_read_npy_array(ctx, bytes, n_bytes, name, &own);
+    else
+        status = read_csv_rows(ctx, bytes, n_bytes, name, "row", &own.shape[1], &own.value, &own.shape[0]);
+    if (status >= 0 && own.value == NULL)
+        status = loxo_fail_at(ctx, LOXO_ERR_MALFORMED, (loxo_place){.file = name, .byte = -1, .element = -1},
+                              "no number in it");
+    *array = status >= 0 ? own : (loxo_array){0};
+    return status;
 }
 
 loxo_status loxo_read_points_bytes(loxo_context *ctx, const uint8_t *bytes, size_t n_bytes, const char *name,
@@ -118,18 +156,47 @@ loxo_status loxo_read_points_bytes(loxo_context *ctx, const uint8_t *bytes, size
     return status;
 }
 
+/* Reads the whole file; the caller releases the bytes. */
+static loxo_status read_whole(loxo_context *ctx, const char *path, uint8_t **bytes, size_t *n_bytes)
+{
+    *bytes = NULL;
+    *n_bytes = 0;
+    loxo_progress_begin(ctx);
+    return loxo_source_whole(ctx, path, bytes, n_bytes);
+}
+
 loxo_status loxo_read_points(loxo_context *ctx, const char *path, double **position, int64_t *n)
 {
     if (ctx == NULL || path == NULL || position == NULL || n == NULL)
         return loxo_fail(ctx, LOXO_ERR_ARGUMENT, "reading points needs a path and a place for them");
-    uint8_t *bytes = NULL;
-    size_t n_bytes = 0;
+    uint8_t *bytes;
+    size_t n_bytes;
     *position = NULL;
     *n = 0;
-    loxo_progress_begin(ctx);
-    loxo_status status = loxo_source_whole(ctx, path, &bytes, &n_bytes);
+    loxo_status status = read_whole(ctx, path, &bytes, &n_bytes);
     if (status >= 0) status = loxo_read_points_bytes(ctx, bytes, n_bytes, path, position, n);
     loxo_release(ctx, bytes);
     if (status < 0) loxo_failure_set_file(ctx, path);
     return status;
+}
+
+loxo_status loxo_read_array(loxo_context *ctx, const char *path, loxo_array *array)
+{
+    if (ctx == NULL || path == NULL || array == NULL)
+        return loxo_fail(ctx, LOXO_ERR_ARGUMENT, "reading an array needs a path and a place for it");
+    uint8_t *bytes;
+    size_t n_bytes;
+    *array = (loxo_array){0};
+    loxo_status status = read_whole(ctx, path, &bytes, &n_bytes);
+    if (status >= 0) status = loxo_read_array_bytes(ctx, bytes, n_bytes, path, array);
+    loxo_release(ctx, bytes);
+    if (status < 0) loxo_failure_set_file(ctx, path);
+    return status;
+}
+
+void loxo_array_destroy(loxo_context *ctx, loxo_array *array)
+{
+    if (array == NULL) return;
+    loxo_release(ctx, array->value);
+    *array = (loxo_array){0};
 }

@@ -114,25 +114,34 @@ static void write_csv_rows(loxo_stream *stream, const double *value, int64_t n_r
     }
 }
 
-loxo_status loxo_write_matrix(loxo_context *ctx, const char *path, const double *value, int64_t n_rows,
-                              int64_t n_columns)
+loxo_status loxo_write_array(loxo_context *ctx, const char *path, const double *value, int n_dimensions,
+                             const int64_t *shape)
 {
     loxo_stream stream;
     loxo_format format;
-    int64_t n;
+    int64_t n = 1;
     if (ctx == NULL || path == NULL) return loxo_fail(ctx, LOXO_ERR_ARGUMENT, "write: no path");
-    if (n_rows < 0 || n_columns < 0 || __builtin_mul_overflow(n_rows, n_columns, &n) || n > INT64_MAX / 64 ||
-        (n > 0 && value == NULL))
-        return loxo_fail(ctx, LOXO_ERR_ARGUMENT, "write: matrix without values");
+    if (n_dimensions < 1 || n_dimensions > 3 || shape == NULL)
+        return loxo_fail(ctx, LOXO_ERR_ARGUMENT, "write: an array has one to three dimensions");
+    for (int k = 0; k < n_dimensions; ++k)
+        if (n >= 0 && (shape[k] < 0 || __builtin_mul_overflow(n, shape[k], &n) || n > INT64_MAX / 64)) n = -1;
+    if (n < 0 || (n > 0 && value == NULL)) return loxo_fail(ctx, LOXO_ERR_ARGUMENT, "write: array without values");
     loxo_status status = choose_format(ctx, path, NULL, LOXO_FORMAT_CSV, &format);
     if (status < 0) return status;
-    if (format != LOXO_FORMAT_NPY && format != LOXO_FORMAT_CSV) return cannot_write(ctx, path, format, "a matrix");
+    if (format != LOXO_FORMAT_NPY && format != LOXO_FORMAT_CSV) return cannot_write(ctx, path, format, "an array");
     if ((status = loxo_stream_open(ctx, &stream, path)) < 0) return status;
+    const int64_t n_columns = n_dimensions == 1 ? 1 : shape[n_dimensions - 1];
     if (format == LOXO_FORMAT_NPY)
-        status = loxo_write_npy_rows(&stream, value, n_rows, n_columns);
-    else
-        write_csv_rows(&stream, value, n_rows, n_columns);
+        status = loxo_write_npy_array(&stream, value, n_dimensions, shape);
+    else if (n > 0)
+        write_csv_rows(&stream, value, n / n_columns, n_columns);
     return finish(&stream, status);
+}
+
+loxo_status loxo_write_matrix(loxo_context *ctx, const char *path, const double *value, int64_t n_rows,
+                              int64_t n_columns)
+{
+    return loxo_write_array(ctx, path, value, 2, (const int64_t[]){n_rows, n_columns});
 }
 
 loxo_status loxo_write_check(loxo_context *ctx, const char *path)

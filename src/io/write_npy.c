@@ -28,10 +28,17 @@ loxo_status loxo_write_npy(loxo_stream *stream, const double *value, int64_t n)
     return LOXO_OK;
 }
 
-loxo_status loxo_write_npy_rows(loxo_stream *stream, const double *value, int64_t n_rows, int64_t n_columns)
+loxo_status loxo_write_npy_array(loxo_stream *stream, const double *value, int n_dimensions, const int64_t *shape)
 {
-    char shape[64];
-    (void)snprintf(shape, sizeof shape, "(%lld, %lld)", (long long)n_rows, (long long)n_columns);
-    write_array(stream, value, n_rows * n_columns, shape);
+    char text[80];
+    int64_t n = 1;
+    int used = snprintf(text, sizeof text, "(");
+    for (int k = 0; k < n_dimensions; ++k) {
+        const char *between = n_dimensions == 1 ? "," : k + 1 < n_dimensions ? ", " : "";
+        n *= shape[k];
+        used += snprintf(text + used, sizeof text - (size_t)used, "%lld%s", (long long)shape[k], between);
+    }
+    (void)snprintf(text + used, sizeof text - (size_t)used, ")");
+    write_array(stream, value, n, text);
     return LOXO_OK;
 }

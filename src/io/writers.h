@@ -15,7 +15,7 @@ loxo_status loxo_write_vtp(loxo_stream *stream, const loxo_soup *soup, const cha
 loxo_status loxo_write_gifti(loxo_stream *stream, const loxo_soup *soup, const char *comment);
 
 loxo_status loxo_write_npy(loxo_stream *stream, const double *value, int64_t n);
-loxo_status loxo_write_npy_rows(loxo_stream *stream, const double *value, int64_t n_rows, int64_t n_columns);
+loxo_status loxo_write_npy_array(loxo_stream *stream, const double *value, int n_dimensions, const int64_t *shape);
 loxo_status loxo_write_csv(loxo_stream *stream, const char *name, const double *value, int64_t n);
 loxo_status loxo_write_gifti_field(loxo_stream *stream, const char *name, const double *value, int64_t n,
                                    const char *comment);

@@ -31,4 +31,14 @@ static void fuzz_one(loxo_context *ctx, const uint8_t *bytes, size_t n)
         sum += position[i];
     FUZZ_CHECK(sum <= 0.0 || sum >= 0.0 || sum != sum);
     loxo_release(ctx, position);
+    loxo_array array;
+    status = loxo_read_array_bytes(ctx, bytes, n, "input", &array);
+    fuzz_check_status(ctx, status);
+    int64_t n_numbers = status >= 0 ? 1 : 0;
+    for (int k = 0; k < array.n_dimensions; ++k)
+        n_numbers *= array.shape[k];
+    for (int64_t i = 0; i < n_numbers; ++i)
+        sum += array.value[i];
+    FUZZ_CHECK(sum <= 0.0 || sum >= 0.0 || sum != sum);
+    loxo_array_destroy(ctx, &array);
 }

@@ -255,3 +255,103 @@ TEST(bad_rows_of_points)
         CHECK(strstr(failure->text, rows[i].part) != NULL);
     }
 }
+
+/* ---- arrays -------------------------------------------------------------------------------------------------- */
+
+static loxo_status read_array(const void *bytes, size_t n, loxo_array *array)
+{
+    loxo_context_clear(test_context);
+    return loxo_read_array_bytes(test_context, bytes, n, "a.npy", array);
+}
+
+/* A .npy of a text as header and doubles 0, 1, 2, ... */
+static size_t make_npy(char *npy, const char *head, int n_numbers)
+{
+    const size_t n_head = strlen(head);
+    memcpy(npy, "\x93NUMPY\x01\x00", 8);
+    npy[8] = (char)n_head;
+    npy[9] = 0;
+    memcpy(npy + 10, head, n_head);
+    for (int i = 0; i < n_numbers; ++i)
+        memcpy(npy + 10 + n_head + 8 * (size_t)i, &(double){i}, 8);
+    return 10 + n_head + 8 * (size_t)n_numbers;
+}
+
+TEST(arrays_of_one_to_three_dimensions)
+{
+    static const struct {
+        const char *head;
+        int n_dimensions;
+        int64_t shape[3], n;
+    } cases[] = {
+        {"{'descr': '<f8', 'fortran_order': False, 'shape': (24,), }", 1, {24, 0, 0}, 24},
+        {"{'descr': '<f8', 'fortran_order': False, 'shape': (6, 4), }", 2, {6, 4, 0}, 24},
+        {"{'descr': '<f8', 'fortran_order': False, 'shape': (2, 3, 4), }", 3, {2, 3, 4}, 24},
+        {"{'descr': '<f8', 'fortran_order': True, 'shape': (2, 3, 4), }", 3, {2, 3, 4}, 24},
+    };
+    char npy[512];
+    for (int i = 0; i < 4; ++i) {
+        loxo_array a;
+        const size_t n = make_npy(npy, cases[i].head, 24);
+        CHECK_OK(read_array(npy, n, &a));
+        CHECK_EQUAL(a.n_dimensions, cases[i].n_dimensions);
+        for (int k = 0; k < 3; ++k)
+            CHECK_EQUAL(a.shape[k], cases[i].shape[k]);
+        for (int64_t k = 0; k < 24; ++k) /* the last index fastest; of the last case it was the first */
+            CHECK_EQUAL(a.value[k], i < 3 ? k : (k % 4 * 3 + k / 4 % 3) * 2 + k / 12);
+        loxo_array_destroy(test_context, &a);
+        CHECK_STATUS(test_context, read_array(npy, n - 1, &a), LOXO_ERR_MALFORMED);
+        CHECK(a.value == NULL);
+    }
+    loxo_array a;
+    CHECK_OK(read_array("# c\nx,y\n1,2\n3 4 # d\n", 20, &a));
+    CHECK(a.n_dimensions == 2 && a.shape[0] == 2 && a.shape[1] == 2 && a.value[3] == 4.0);
+    loxo_array_destroy(test_context, &a);
+}
+
+TEST(bad_arrays)
+{
+    static const struct {
+        const char *head;
+        loxo_status status;
+    } cases[] = {
+        {"{'descr': '<f8', 'fortran_order': False, 'shape': (), }", LOXO_ERR_UNSUPPORTED},
+        {"{'descr': '<f8', 'fortran_order': False, 'shape': (1, 1, 1, 1), }", LOXO_ERR_UNSUPPORTED},
+        {"{'descr': '<f8', 'fortran_order': False, 'shape': (0, 3), }", LOXO_ERR_MALFORMED},
+        {"{'descr': '<f8', 'fortran_order': False, 'shape': (9000000000000000000, 2), }", LOXO_ERR_MALFORMED},
+        {"{'descr': '<f8', 'fortran_order': False, 'shape': (2, 9, 2), }", LOXO_ERR_MALFORMED},
+        {"{'descr': '<c16', 'fortran_order': False, 'shape': (2, 2), }", LOXO_ERR_UNSUPPORTED},
+    };
+    char npy[512];
+    loxo_array a;
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; ++i)
+        CHECK_STATUS(test_context, read_array(npy, make_npy(npy, cases[i].head, 24), &a), cases[i].status);
+    CHECK_STATUS(test_context, read_array("1 2\n3\n", 6, &a), LOXO_ERR_MALFORMED);
+    CHECK_STATUS(test_context, read_array("1 2\n3 4 5\n", 10, &a), LOXO_ERR_MALFORMED);
+    CHECK_STATUS(test_context, read_array("1,,2\n", 5, &a), LOXO_ERR_MALFORMED);
+    CHECK_STATUS(test_context, read_array("", 0, &a), LOXO_ERR_MALFORMED);
+}
+
+TEST(arrays_there_and_back)
+{
+    double value[24];
+    for (int i = 0; i < 24; ++i)
+        value[i] = sin(i);
+    for (int n_dimensions = 1; n_dimensions <= 3; ++n_dimensions)
+        for (int k = 0; k < 2; ++k) {
+            static const int64_t shapes[3][3] = {{24}, {8, 3}, {4, 2, 3}};
+            const char *path = test_scratch(k == 0 ? "a.npy" : "a.csv");
+            loxo_array a;
+            CHECK_OK(loxo_write_array(test_context, path, value, n_dimensions, shapes[n_dimensions - 1]));
+            CHECK_OK(loxo_read_array(test_context, path, &a));
+            CHECK_EQUAL(a.n_dimensions, k == 0 ? n_dimensions : 2);
+            CHECK(memcmp(a.value, value, sizeof value) == 0);
+            loxo_array_destroy(test_context, &a);
+        }
+    CHECK_STATUS(test_context,
+                 loxo_write_array(test_context, test_scratch("a.npy"), value, 4, (const int64_t[4]){1, 1, 1, 1}),
+                 LOXO_ERR_ARGUMENT);
+    CHECK_STATUS(test_context,
+                 loxo_write_array(test_context, test_scratch("a.npy"), value, 2, (const int64_t[2]){-1, 3}),
+                 LOXO_ERR_ARGUMENT);
+}

@@ -76,7 +76,11 @@ typedef struct shape {
 
 static void look_at(int d, int64_t n, const double *length, bool is_edges, const double *x, shape *s)
 {
-    memset(s, 0, sizeof *s);
+    const size_t row = (size_t)d * sizeof(double), all = (size_t)d * row;
+    memset(s->mean, 0, row);
+    memset(s->square, 0, all);
+    memset(s->a, 0, all);
+    memset(s->g, 0, all);
     for (int64_t i = 0; i < n; ++i) {
         const double *from = x + i * d, *to = x + (i + 1 < n ? i + 1 : 0) * d;
         const double l = length == NULL ? 1.0 : length[i], inverse = 1.0 / l;

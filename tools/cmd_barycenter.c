@@ -1,0 +1,165 @@
+/* SPDX-License-Identifier: MIT
+ * loxo barycenter: the conformal barycenter of weighted points of the sphere. */
+#include "base/os.h"
+#include "commands.h"
+#include "run.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+typedef struct barycenter_state {
+    cli_common common;
+    loxo_barycenter_settings barycenter;
+} barycenter_state;
+
+static void set_defaults(void *state)
+{
+    *(barycenter_state *)state = (barycenter_state){.barycenter = loxo_barycenter_settings_default()};
+}
+
+static void put_vector(json_t *object, const char *key, const double *x, int d)
+{
+    json_t *array = json_put_array(object, key);
+    for (int k = 0; k < d; ++k)
+        json_append(array, json_of_number(x[k]));
+}
+
+static void tell(cli_run *run, const loxo_barycenter_info *info, int d)
+{
+    json_t *o = json_put_object(run->report.json, "barycenter");
+    char text[96] = "";
+    int used = 0;
+    json_put_text(o, "class", loxo_barycenter_class_name(info->kind));
+    put_vector(o, "w", info->w, d);
+    put_vector(o, "direction", info->direction, d);
+    json_put_number(o, "gap", info->gap);
+    json_put_number(o, "radius", info->radius);
+    json_put_number(o, "bound", info->bound);
+    json_put_number(o, "frame_bound", info->frame_bound);
+    json_put_number(o, "kantorovich_bound", info->kantorovich_bound);
+    json_put_number(o, "wasserstein", info->wasserstein);
+    json_put_number(o, "kantorovich_wasserstein", info->kantorovich_wasserstein);
+    json_put_number(o, "lambda_min", info->lambda_min);
+    json_put_number(o, "q", info->q);
+    json_put_number(o, "residual", info->residual);
+    json_put_integer(o, "iterations", info->n_iterations);
+    json_put_text(o, "stop", loxo_barycenter_stop_name(info->stop_reason));
+    json_put_number(o, "total_s", info->total_s);
+    if (info->kind == LOXO_BARYCENTER_NOT_UNIQUE) {
+        json_t *ends = json_put_array(o, "ends");
+        for (int i = 0; i < 2; ++i) {
+            json_t *end = json_array();
+            for (int k = 0; k < d; ++k)
+                json_append(end, json_of_number(info->end[i][k]));
+            json_append(ends, end);
+        }
+    }
+    for (int k = 0; k < d && k < 4; ++k)
+        used += snprintf(text + used, sizeof text - (size_t)used, "%.6g ", info->w[k]);
+    report_row(&run->report, "barycenter", "%s%s1 - |w| %.4g, %s", text, d > 4 ? "... " : "", info->gap,
+               loxo_barycenter_class_name(info->kind));
+    report_row(&run->report, "certified", "within %.1e; least eigenvalue %.4g, q %.1e, %lld steps, %s", info->bound,
+               info->lambda_min, info->q, (long long)info->n_iterations, text_seconds(info->total_s));
+    if (info->kind == LOXO_BARYCENTER_NONE)
+        cli_warn(run, 1, "half of the weight or more is in one point: there is no barycenter, that point is told");
+    if (info->kind == LOXO_BARYCENTER_NOT_UNIQUE)
+        cli_warn(run, 1, "two points have half of the weight each: every point of the geodesic between them is one");
+}
+
+static loxo_status read_weights(cli_run *run, int64_t n, double **weight)
+{
+    const char *path = cli_args_value(&run->args, "weights", 0);
+    int64_t n_weights = 0;
+    if (path == NULL) return LOXO_OK;
+    json_put_text(run->report.json, "weights", path);
+    const loxo_status status = loxo_read_field(run->ctx, path, weight, &n_weights);
+    if (status >= 0 && n_weights != n)
+        return cli_fail_at(run, LOXO_ERR_ARGUMENT, path, 0, "holds %lld weights, there are %lld points",
+                           (long long)n_weights, (long long)n);
+    return status;
+}
+
+/* The atoms as they lie around the barycenter. */
+static loxo_status write_centred(cli_run *run, const char *path, const loxo_barycenter_info *info, loxo_array *atoms)
+{
+    loxo_status status = cli_before_output(run);
+    if (status < 0) return status;
+    status = loxo_moebius_map_sphere(run->ctx, &info->map, atoms->shape[0], atoms->value, atoms->value);
+    if (status >= 0) status = loxo_write_array(run->ctx, path, atoms->value, 2, atoms->shape);
+    if (status >= 0) cli_wrote(run, path);
+    return status;
+}
+
+static loxo_status barycenter_main(cli_run *run, void *state)
+{
+    const barycenter_state *s = state;
+    const char *path = cli_args_value(&run->args, "output", 0), *input = run->args.operand[0];
+    loxo_array atoms = {0};
+    double *weight = NULL;
+    loxo_barycenter_info *info = NULL;
+    loxo_status status;
+    if (s->common.estimate)
+        return cli_fail(run, LOXO_ERR_UNSUPPORTED, "barycenter: no --estimate; it holds what it reads");
+    if (path != NULL && (status = cli_output(run, path)) < 0) return status;
+    run->input = input;
+    json_put_text(run->report.json, "input", input);
+    const double start_s = loxo_os_clock_s();
+    if ((status = loxo_read_array(run->ctx, input, &atoms)) < 0) return status;
+    if (atoms.n_dimensions != 2 || atoms.shape[1] > LOXO_BARYCENTER_MOST_DIMENSIONS) {
+        status = cli_fail_at(run, LOXO_ERR_UNSUPPORTED, input, 0, "not rows of 2 to %d coordinates",
+                             LOXO_BARYCENTER_MOST_DIMENSIONS);
+        goto done;
+    }
+    if ((status = read_weights(run, atoms.shape[0], &weight)) < 0) goto done;
+    (void)cli_seconds(run, "read", start_s);
+    status = LOXO_ERR_MEMORY;
+    if ((info = loxo_allocate(run->ctx, 1, sizeof *info)) == NULL) goto done;
+    const int d = (int)atoms.shape[1];
+    const loxo_atoms view = {.n = atoms.shape[0], .d = d, .x = atoms.value, .weight = weight};
+    const double solve_s = loxo_os_clock_s();
+    if ((status = loxo_barycenter(run->ctx, &view, &s->barycenter, info)) < 0) goto done;
+    (void)cli_seconds(run, "solve", solve_s);
+    json_put_integer(run->report.json, "n", view.n);
+    json_put_integer(run->report.json, "d", d);
+    tell(run, info, d);
+    (void)cli_combine(run, status);
+    if (path != NULL) status = write_centred(run, path, info, &atoms);
+done:
+    loxo_release(run->ctx, info);
+    loxo_release(run->ctx, weight);
+    loxo_array_destroy(run->ctx, &atoms);
+    return status;
+}
+
+static const cli_flag barycenter_flags[] = {
+    {.name = "weights", .values = "FILE", .n_values = 1, .reads = true, .help = "a weight a point; else all alike"},
+    {.name = "output",
+     .letter = 'o',
+     .values = "FILE",
+     .n_values = 1,
+     .help = "the points as seen from the barycenter: .npy .csv"},
+    {.name = NULL},
+};
+static const cli_group barycenter_groups[] = {
+    {"barycenter", loxo_barycenter_options, offsetof(barycenter_state, barycenter)},
+    {.title = NULL},
+};
+
+const cli_command command_barycenter = {
+    .name = "barycenter",
+    .operands = "POINTS [-o OUT] [options]",
+    .summary = "conformal barycenter of weighted points of the sphere",
+    .about = "POINTS has a unit vector of 2 to 64 coordinates a row: .npy of shape (n, d), .csv or text. The "
+             "barycenter is the\n"
+             "point of the ball from which they are balanced; what is told of it is certified.\n",
+    .examples = "  loxo barycenter points.npy --json -\n"
+                "  loxo barycenter points.csv --weights w.csv -o centred.npy\n",
+    .min_operands = 1,
+    .max_operands = 1,
+    .flags = barycenter_flags,
+    .groups = barycenter_groups,
+    .state_bytes = sizeof(barycenter_state),
+    .defaults = set_defaults,
+    .main = barycenter_main,
+};
