@@ -91,7 +91,8 @@ static void print_help(const bench_settings *defaults)
         loxo_option_print(o, defaults, value, sizeof value);
         printf("  --%-12s %s [%s]\n", o->name, o->help, value);
     }
-    puts("  --method      methods to measure, as edge,face,fast; all [edge,face; for the paper all that there are]\n"
+    puts("  --method      methods to measure, as edge,face,fast; all [edge,face; of orders edge,fast; for the paper "
+         "all that there are]\n"
          "  --out         paper: folder that receives NAME.txt, NAME.json and NAME-*.png\n"
          "  --threads     thread counts to measure, as 1,2 [1 and all]\n"
          "  --case        only cases, of paper meshes, whose name has this in it\n"
@@ -264,7 +265,8 @@ static loxo_status run(bench *b, int argc, char **argv)
     if (is_paper && argc < 2)
         return bench_fail(b, LOXO_ERR_ARGUMENT, "which table or figure? `loxo-bench paper --list` names them");
     if (!is_paper && argc > 1) return bench_fail(b, LOXO_ERR_ARGUMENT, "what is `%s`?", argv[1]);
-    if (b->n_methods == 0 && (status = parse_methods(b, is_paper ? "all" : "both")) < 0) return status;
+    const char *methods = is_paper ? "all" : strcmp(argv[0], "orders") == 0 ? "edge,fast" : "both";
+    if (b->n_methods == 0 && (status = parse_methods(b, methods)) < 0) return status;
     b->keep_work = b->work[0] != '\0';
     if (!b->keep_work && !bench_make_folder(b->work)) {
         b->work[0] = '\0';

@@ -152,8 +152,7 @@ static void parser_destroy(parser *p)
     free(p->targets);
 }
 
-/* Letters to change, add or drop to come from one name to the other; names are short. */
-static int edit_distance(const char *a, size_t n_a, const char *b)
+int cli_edit_distance(const char *a, size_t n_a, const char *b)
 {
     enum { MOST = 40 };
     int row[MOST + 1];
@@ -187,7 +186,7 @@ static loxo_status unknown_option(const parser *p, const char *word, char *text,
     }
     for (int i = 0; i < p->n_targets; ++i) {
         const char *other = p->longs[i].name;
-        const int d = n_name > 1 && strncmp(name, other, n_name) == 0 ? 0 : edit_distance(name, n_name, other);
+        const int d = n_name > 1 && strncmp(name, other, n_name) == 0 ? 0 : cli_edit_distance(name, n_name, other);
         if (d < best_distance) best = other, best_distance = d;
     }
     if (best != NULL)

@@ -99,6 +99,8 @@ void cli_settings_print(const cli_command *command, const void *state, FILE *out
 /* The word for a value of this option in help and messages. */
 const char *cli_option_values(const loxo_option *option, char *text, size_t n_text);
 
+/* Letters to change, add or drop to come from one name, of n_a letters, to the other; names are short. */
+int cli_edit_distance(const char *a, size_t n_a, const char *b);
 /* Numbers separated by commas, nothing else; how many there are, or -1 (not numbers, or more than max). */
 int cli_parse_numbers(const char *text, double *number, int max);
 /* A decimal integer and nothing else. */

@@ -63,7 +63,10 @@ static loxo_status check_files(cli_run *run, bool is_estimate, outputs *outs)
     if ((status = cli_queries_check(run, &outs->queries)) < 0) return status;
     if (outs->n == 0 && outs->picture == NULL && exact == NULL && run->json_path == NULL && !cli_queries_any(run) &&
         !is_estimate)
-        return cli_fail(run, LOXO_ERR_ARGUMENT, "geodesic: no output; give -o FILE, --picture, --json or --exact");
+        return cli_fail(
+            run, LOXO_ERR_ARGUMENT,
+            "geodesic: no output; give -o FILE, --picture, --path, --lines-output, --nearest-output, --matrix, "
+            "--json or --exact");
     if (exact != NULL && strcmp(exact, "-") != 0) {
         loxo_os_file file;
         if ((status = loxo_os_open(run->ctx, exact, &file)) < 0) return status;

@@ -93,7 +93,16 @@ static const cli_command *find_command(const char *name)
 static int unknown_command(const char *name)
 {
     char text[256];
-    (void)snprintf(text, sizeof text, "there is no command '%.60s'; see loxo help", name);
+    const char *best = "";
+    int best_distance = 3; /* two slips at most */
+    for (size_t i = 0; commands[i] != NULL; ++i) {
+        const int distance = cli_edit_distance(name, strlen(name), commands[i]->name);
+        if (distance < best_distance) best = commands[i]->name, best_distance = distance;
+    }
+    if (best[0] != '\0')
+        (void)snprintf(text, sizeof text, "there is no command '%.60s' (did you mean %s?)", name, best);
+    else
+        (void)snprintf(text, sizeof text, "there is no command '%.60s'; see loxo help", name);
     return usage_error(text);
 }
 

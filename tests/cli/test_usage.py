@@ -14,7 +14,8 @@ def no_command_is_an_error():
 
 @test
 def unknown_command_is_an_error():
-    loxo("geodesics", "x").fails(2, r"^loxo: error: there is no command 'geodesics'; see loxo help$")
+    loxo("geodesics", "x").fails(2, r"^loxo: error: there is no command 'geodesics' \(did you mean geodesic\?\)$")
+    loxo("frobnicate", "x").fails(2, r"^loxo: error: there is no command 'frobnicate'; see loxo help$")
     loxo("help", "nonsense").fails(2, "there is no command 'nonsense'")
     loxo("help", "info", "convert").fails(2, "help takes one command")
 

@@ -169,12 +169,15 @@ static size_t bytes_held(const exact_state *s)
 
 /* Vertices along a front, and lists in a round, are some for each square root of all. Goals are met by one thread. */
 #define ROOTS_A_THREAD 12.0
+/* Vertices up to which one thread is done in some milliseconds. Two gain a few of these, and on a machine with others at work lose a time slice
+ * a phase: 2,562 vertices with three others to a core, 0.02 s on one thread and 0.3 s on two. */
+#define FEW_VERTICES 5000
 
 static int threads_for(const exact_state *s)
 {
     const int n_threads = loxo_threads_for(s->ctx, s->m.n_vertices, 3000.0);
     const double most = sqrt((double)s->m.n_vertices) / ROOTS_A_THREAD;
-    if (s->n_goals > 0 || most < 2.0) return 1;
+    if (s->n_goals > 0 || most < 2.0 || s->m.n_vertices <= FEW_VERTICES) return 1;
     return most < (double)n_threads ? (int)most : n_threads;
 }
 
