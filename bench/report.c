@@ -78,12 +78,9 @@ static void print_row(const bench *b, const bench_table *table, int r, const int
     bench_say(b, "\n");
 }
 
-/* What is done stays, whatever comes. */
 static void tell_live(const bench_table *table)
 {
-    if (table->live == NULL) return;
-    print_row(table->live, table, table->n_rows - 1, table->width);
-    if (table->live->text != NULL) fflush(table->live->text);
+    if (table->live != NULL) print_row(table->live, table, table->n_rows - 1, table->width);
 }
 
 void bench_table_begin(bench_table *table, const char *heads)
