@@ -191,12 +191,9 @@ static inline void k_lanes_begin(const k_lanes *job, int half, int d, k_lane_for
     const int64_t n = job->n, whole = n - n % K_WIDE, row = (int64_t)(d + (has_weights ? 1 : 0)) * K_WIDE;
     k_lane_reader reader = {0};
     k_lane_sums s = {0};
-    if (form == K_LANE_VERTICES) {
-        k_wide t[K_WIDE];
-        k_lanes_gather(x, 0, d, t);
-        for (int k = 0; k < d; ++k)
-            reader.before[k] = t[k];
-    }
+    for (int k = 0; form == K_LANE_VERTICES && k < d; ++k)
+        for (int l = 0; l < K_WIDE; ++l)
+            reader.before[k][l] = x[l][k];
     for (int64_t i = 0; i < whole; i += K_WIDE)
         k_lanes_read(job, x, d, form, has_weights, i, K_WIDE, buffer + i * row, &reader, &s);
     if (whole < n) k_lanes_read(job, x, d, form, has_weights, whole, n - whole, buffer + whole * row, &reader, &s);
@@ -413,8 +410,8 @@ static inline void k_lanes_write(k_lanes *job, int half, int d, bool has_weights
     for (int k = 0; k < d; ++k) {
         r.w[k] = state->w[k];
         if (fixes) r.fix[k] = fix[k];
-        for (int l = 0; job->form == K_LANE_VERTICES && l < K_WIDE; ++l)
-            r.start[k][l] = job->x[half * K_WIDE + l][k];
+        for (int l = 0; l < K_WIDE; ++l)
+            r.start[k][l] = job->start[half * K_WIDE + l][k];
     }
     for (int64_t i = 0; i < whole; i += K_WIDE)
         k_lanes_put(&r, d, has_weights, log_stretch, as_edges, all, exact, fixes, writes, i, K_WIDE, buffer + i * row);
@@ -552,6 +549,141 @@ static inline void k_lanes_run(k_lanes *job)
                 k_lanes_half(job, half, 2, K_LANE_DIRECTIONS, false);
         }
     }
+}
+
+/* ---- one polygon, pieces of it in the lanes ------------------------------------------------------------------------ */
+
+static inline double *k_lanes_buffer(const k_lanes *job, int half)
+{
+    return job->buffer + (int64_t)half * K_WIDE * job->n * (job->d + 1);
+}
+
+static inline bool k_lanes_weighted(const k_lanes *job)
+{
+    return job->form != K_LANE_DIRECTIONS || job->length != NULL;
+}
+
+static inline void k_lanes_store(const k_lane_sums *s, int half, k_lane_table table)
+{
+    for (int l = 0; l < K_WIDE; ++l) {
+        const int lane = half * K_WIDE + l;
+        table[0][lane] = s->weight[l];
+        for (int k = 0; k < 3; ++k)
+            table[1 + k][lane] = s->one[k][l];
+        for (int k = 0; k < 5; ++k)
+            table[4 + k][lane] = s->two[k][l];
+    }
+}
+
+/* The first look, as k_lanes_begin. Returns whether all directions are such. length of K_LANE_DIRECTIONS is that of all lanes: for pieces of
+ * different lengths lanes cannot do it. */
+static inline bool k_lanes_first(const k_lanes *job, k_lane_table table)
+{
+    bool good = true;
+    for (int half = 0; half < K_HALVES; ++half) {
+        k_lane_sums s;
+        k_wide_bits bad;
+        double *buffer = k_lanes_buffer(job, half);
+        if (job->d == 3 && job->form == K_LANE_VERTICES)
+            k_lanes_begin(job, half, 3, K_LANE_VERTICES, true, buffer, &s, &bad);
+        else if (job->d == 3 && job->form == K_LANE_EDGES)
+            k_lanes_begin(job, half, 3, K_LANE_EDGES, true, buffer, &s, &bad);
+        else if (job->d == 3)
+            k_lanes_begin(job, half, 3, K_LANE_DIRECTIONS, false, buffer, &s, &bad);
+        else if (job->form == K_LANE_VERTICES)
+            k_lanes_begin(job, half, 2, K_LANE_VERTICES, true, buffer, &s, &bad);
+        else if (job->form == K_LANE_EDGES)
+            k_lanes_begin(job, half, 2, K_LANE_EDGES, true, buffer, &s, &bad);
+        else
+            k_lanes_begin(job, half, 2, K_LANE_DIRECTIONS, false, buffer, &s, &bad);
+        k_lanes_store(&s, half, table);
+        good = good && !k_lanes_any(&bad);
+    }
+    return good;
+}
+
+static inline void k_lanes_set(k_lane_state *state, int d, const double *w, double co)
+{
+    *state = (k_lane_state){0};
+    for (int k = 0; k < d; ++k)
+        state->w[k] += w[k];
+    state->co += co;
+    state->is_done = ~state->is_done;
+}
+
+/* A look from w, as k_lanes_look; the weights' sums are those of the first look. */
+static inline void k_lanes_again(const k_lanes *job, const double *w, double co, k_lane_table table)
+{
+    for (int half = 0; half < K_HALVES; ++half) {
+        const double *buffer = k_lanes_buffer(job, half);
+        k_lane_sums s = {0};
+        k_lane_state state;
+        k_lanes_set(&state, job->d, w, co);
+        for (int l = 0; l < K_WIDE; ++l)
+            s.weight[l] = table[0][half * K_WIDE + l];
+        if (job->d == 3 && k_lanes_weighted(job))
+            k_lanes_look(job->n, 3, true, buffer, &state, &s);
+        else if (job->d == 3)
+            k_lanes_look(job->n, 3, false, buffer, &state, &s);
+        else if (k_lanes_weighted(job))
+            k_lanes_look(job->n, 2, true, buffer, &state, &s);
+        else
+            k_lanes_look(job->n, 2, false, buffer, &state, &s);
+        k_lanes_store(&s, half, table);
+    }
+}
+
+/* Adds up each lane's edges from w, and writes them: job->sum, job->stretch. fix [d] is taken off vertices with each unit of length. */
+static inline void k_lanes_last(k_lanes *job, const double *w, double co, const double *fix, bool writes)
+{
+    for (int half = 0; half < K_HALVES; ++half) {
+        const double *buffer = k_lanes_buffer(job, half);
+        const bool stretch = job->log_stretch && !writes;
+        k_wide sum[3], wide_fix[3];
+        k_lane_state state;
+        k_lanes_set(&state, job->d, w, co);
+        for (int k = 0; k < job->d; ++k)
+            wide_fix[k] = (k_wide){0} + fix[k];
+        if (job->d == 3 && !writes)
+            k_lanes_write(job, half, 3, k_lanes_weighted(job), stretch, true, true, false, buffer, &state, NULL, sum);
+        else if (job->d == 3)
+            k_lanes_write(job, half, 3, k_lanes_weighted(job), false, job->as_edges, true, true, buffer, &state,
+                          wide_fix, sum);
+        else if (!writes)
+            k_lanes_write(job, half, 2, k_lanes_weighted(job), stretch, true, true, false, buffer, &state, NULL, sum);
+        else
+            k_lanes_write(job, half, 2, k_lanes_weighted(job), false, job->as_edges, true, true, buffer, &state,
+                          wide_fix, sum);
+        for (int l = 0; l < K_WIDE; ++l)
+            for (int k = 0; k < job->d; ++k)
+                job->sum[half * K_WIDE + l][k] = sum[k][l];
+    }
+}
+
+/* k_lanes_step of one polygon; sums in the order of k_lane_table. */
+static inline void k_lanes_one_step(int d, double tolerance, double ahead, const double sums[9], k_lane_point *point)
+{
+    k_lane_sums s = {0};
+    k_lane_state state;
+    k_lanes_set(&state, d, point->w, point->co);
+    state.is_done = ~state.is_done;
+    s.weight += sums[0];
+    for (int k = 0; k < 3; ++k)
+        s.one[k] += sums[1 + k];
+    for (int k = 0; k < 5; ++k)
+        s.two[k] += sums[4 + k];
+    if (d == 3)
+        k_lanes_step(3, tolerance, ahead, &s, &state);
+    else
+        k_lanes_step(2, tolerance, ahead, &s, &state);
+    for (int k = 0; k < d; ++k)
+        point->w[k] = state.w[k][0];
+    point->co = state.co[0];
+    point->bound = state.bound[0];
+    point->left = state.left[0];
+    point->is_done = state.is_done[0] != 0;
+    point->is_tried = state.is_tried[0] != 0;
+    point->is_over = state.is_over[0] != 0;
 }
 
 #endif

@@ -105,6 +105,23 @@ static void moments3(const double *atom, const double *weight, int64_t n, const 
 
 static void lanes(k_lanes *job) { k_lanes_run(job); }
 
+static bool lanes_first(const k_lanes *job, k_lane_table table) { return k_lanes_first(job, table); }
+
+static void lanes_again(const k_lanes *job, const double *w, double co, k_lane_table table)
+{
+    k_lanes_again(job, w, co, table);
+}
+
+static void lanes_last(k_lanes *job, const double *w, double co, const double *fix, bool writes)
+{
+    k_lanes_last(job, w, co, fix, writes);
+}
+
+static void lanes_one_step(int d, double tolerance, double ahead, const double sums[9], k_lane_point *point)
+{
+    k_lanes_one_step(d, tolerance, ahead, sums, point);
+}
+
 static void shifts3(int n_shifts, const double (*w)[3], const double *co, int64_t n, const double *x, double *y)
 {
     k_ball_shifts3(n_shifts, w, co, n, x, y);
@@ -139,6 +156,10 @@ const k_variant K_VARIANT = {.name = K_VARIANT_TEXT,
                              .moments2 = moments2,
                              .moments3 = moments3,
                              .lanes = lanes,
+                             .lanes_first = lanes_first,
+                             .lanes_again = lanes_again,
+                             .lanes_last = lanes_last,
+                             .lanes_one_step = lanes_one_step,
                              .shifts3 = shifts3,
                              .poisson_weights = poisson_weights,
                              .moved2 = moved2,

@@ -38,6 +38,10 @@ typedef struct k_variant {
     void (*moments3)(const double *atom, const double *weight, int64_t n, const double w[3], double co,
                      double sums[10]);
     void (*lanes)(k_lanes *job); /* see lane_kernel.h */
+    bool (*lanes_first)(const k_lanes *job, k_lane_table table);
+    void (*lanes_again)(const k_lanes *job, const double *w, double co, k_lane_table table);
+    void (*lanes_last)(k_lanes *job, const double *w, double co, const double *fix, bool writes);
+    void (*lanes_one_step)(int d, double tolerance, double ahead, const double sums[9], k_lane_point *point);
     /* see ball_kernel.h */
     void (*shifts3)(int n_shifts, const double (*w)[3], const double *co, int64_t n, const double *x, double *y);
     /* see extension_kernel.h */

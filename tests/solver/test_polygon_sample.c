@@ -201,6 +201,29 @@ TEST(pieces_of_a_stream)
     loxo_release(test_context, b);
 }
 
+/* Many edges: pieces of a polygon in lanes, and where lengths are told (all 1) one edge after the other. */
+TEST(large_polygons_two_ways)
+{
+    enum { N = 2053 + 2048, M = 3 };
+    const int64_t size = (int64_t)N * M;
+    double *length = loxo_allocate(test_context, N, sizeof *length), wa[M], wb[M];
+    for (int d = 2; d <= 3; ++d) {
+        double *a = loxo_allocate(test_context, size * d, sizeof *a),
+               *b = loxo_allocate(test_context, size * d, sizeof *b);
+        for (int i = 0; i < N; ++i)
+            length[i] = 1.0;
+        CHECK_OK(loxo_polygon_sample(test_context, NULL, 5, M, N, d, NULL, a, wa, NULL));
+        CHECK_OK(loxo_polygon_sample(test_context, NULL, 5, M, N, d, length, b, wb, NULL));
+        for (int64_t i = 0; i < size * d; ++i)
+            CHECK_NEAR(a[i], b[i], 1e-11); /* 4101 edges that each turn by some 1e-15 */
+        for (int i = 0; i < M; ++i)
+            CHECK_NEAR(wa[i], wb[i], 1e-9);
+        loxo_release(test_context, a);
+        loxo_release(test_context, b);
+    }
+    loxo_release(test_context, length);
+}
+
 static uint64_t hash_of_sample(loxo_context *ctx, const void *arg)
 {
     const int d = *(const int *)arg;

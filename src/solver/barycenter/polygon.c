@@ -21,10 +21,12 @@ typedef struct closing {
     double *out, *w, *log_factor;
     loxo_polygon_report *report;
     const k_variant *kernels;
-    bool has_lanes;
+    bool has_lanes, is_large;
     int n_threads;
     int64_t lane_size; /* numbers of one thread's buffer */
     double *lane_buffer;
+    double *large_buffer; /* of one large polygon */
+    struct polygon_chunk *chunk;
     loxo_polygon_report *slab_report; /* where the caller wants none */
     polygon_room room;
     loxo_polygon_info info;
@@ -64,6 +66,7 @@ static void close_eight(const closing *c, int64_t first, int64_t count, double *
                    .log_stretch = c->log_factor != NULL};
     for (int l = 0; l < K_LANES; ++l) {
         job.x[l] = polygon_at(p, l < count ? first + l : first);
+        if (p->form == LOXO_POLYGON_VERTICES) memcpy(job.start[l], job.x[l], (size_t)p->d * sizeof(double));
         job.out[l] = l < count ? c->out + (first + l) * p->n_edges * p->d : NULL;
     }
     c->kernels->lanes(&job);
@@ -123,12 +126,16 @@ static loxo_status close_slab(closing *c, int64_t begin, int64_t end)
             report[i].state = LOXO_POLYGON_LEFT;
     for (int64_t i = 0; i < end - begin; ++i) {
         if (report[i].state == LOXO_POLYGON_LEFT) {
-            const loxo_status status = polygon_close_alone(c->ctx, c->polygons, begin + i, c->settings, &c->room,
-                                                           c->out + (begin + i) * n_numbers, &report[i],
-                                                           c->w == NULL ? NULL : c->w + (begin + i) * c->polygons->d,
-                                                           c->log_factor == NULL ? NULL : c->log_factor + begin + i);
-            if (status != LOXO_OK) return status;
+            const int64_t p = begin + i;
+            double *out = c->out + p * n_numbers, *w = c->w == NULL ? NULL : c->w + p * c->polygons->d;
+            double *log_factor = c->log_factor == NULL ? NULL : c->log_factor + p;
             ++c->info.n_alone;
+            if (!c->is_large || !polygon_close_large(c->ctx, c->polygons, p, c->settings, c->kernels, c->large_buffer,
+                                                     c->chunk, out, &report[i], w, log_factor)) {
+                const loxo_status status =
+                    polygon_close_alone(c->ctx, c->polygons, p, c->settings, &c->room, out, &report[i], w, log_factor);
+                if (status != LOXO_OK) return status;
+            }
         }
         count(c, begin + i, &report[i]);
     }
@@ -145,6 +152,11 @@ static loxo_status reserve(closing *c, int64_t slab)
         c->lane_size = p->n_edges * (p->d + 1) * K_LANES;
         c->lane_buffer = loxo_allocate(c->ctx, c->n_threads * c->lane_size, sizeof(double));
         if (c->lane_buffer == NULL) return LOXO_ERR_MEMORY;
+    }
+    if (c->is_large) {
+        c->large_buffer = loxo_allocate(c->ctx, p->n_edges * (p->d + 1), sizeof(double));
+        c->chunk = loxo_allocate(c->ctx, polygon_n_chunks(p->n_edges), polygon_chunk_bytes());
+        if (c->large_buffer == NULL || c->chunk == NULL) return LOXO_ERR_MEMORY;
     }
     if (c->report == NULL) {
         c->slab_report = loxo_allocate(c->ctx, slab, sizeof *c->slab_report);
@@ -190,12 +202,15 @@ loxo_status polygon_close_batch(loxo_context *ctx, const loxo_polygons *polygons
                  .report = report,
                  .kernels = k_variant_get(loxo_context_isa(ctx)),
                  .has_lanes = polygon_fits_lanes(polygons),
+                 .is_large = polygon_is_large(polygons),
                  .n_threads = loxo_threads_for(ctx, slab * polygons->n_edges, ATOM_NS),
                  .info = {.first_failed = -1}};
     if ((status = reserve(&c, slab)) >= 0) status = run(&c, slab);
     loxo_release(ctx, c.room.x);
     loxo_release(ctx, c.room.length);
     loxo_release(ctx, c.lane_buffer);
+    loxo_release(ctx, c.large_buffer);
+    loxo_release(ctx, c.chunk);
     loxo_release(ctx, c.slab_report);
     loxo_progress_leave(ctx);
     if (status < 0 || info == NULL) return status;

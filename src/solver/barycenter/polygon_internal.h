@@ -3,7 +3,7 @@
 #ifndef LOXO_SOLVER_POLYGON_INTERNAL_H
 #define LOXO_SOLVER_POLYGON_INTERNAL_H
 
-#include "kernel/lanes.h"
+#include "kernel/variants.h"
 
 #include <loxo/polygon.h>
 
@@ -26,10 +26,26 @@ loxo_status polygon_close_batch(loxo_context *ctx, const loxo_polygons *polygons
                                 double *out, loxo_polygon_report *report, double *w, double *log_factor,
                                 loxo_polygon_info *info);
 
+/* polygon_large.c: one polygon of many edges in the plane or in space, alike directions or edges. false: it cannot be done so; out is
+ * then of no use. buffer: [n_edges][d + 1]; chunk: of polygon_n_chunks, polygon_chunk_bytes each. */
+struct polygon_chunk;
+int64_t polygon_n_chunks(int64_t n_edges);
+size_t polygon_chunk_bytes(void);
+bool polygon_close_large(loxo_context *ctx, const loxo_polygons *polygons, int64_t p,
+                         const loxo_polygon_settings *settings, const k_variant *kernels, double *buffer,
+                         struct polygon_chunk *chunk, double *out, loxo_polygon_report *report, double *w,
+                         double *log_factor);
+
 /* Where the numbers of a polygon begin. */
 static inline const double *polygon_at(const loxo_polygons *p, int64_t i)
 {
     return p->x + i * (p->n_edges + (p->form == LOXO_POLYGON_VERTICES ? 1 : 0)) * p->d;
+}
+
+static inline bool polygon_is_large(const loxo_polygons *p)
+{
+    return p->d <= 3 && p->n_edges > POLYGON_MOST_LANE_EDGES &&
+           (p->form != LOXO_POLYGON_DIRECTIONS || p->length == NULL);
 }
 
 static inline bool polygon_fits_lanes(const loxo_polygons *p)
