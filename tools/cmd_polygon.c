@@ -50,10 +50,17 @@ static loxo_status number(cli_run *run, const char *flag, int64_t least, int64_t
     return LOXO_OK;
 }
 
-/* Flags that only the other word has. */
+static bool is_given(const cli_run *run, const char *name)
+{
+    const loxo_option *option = loxo_options_find(loxo_polygon_sample_options, name);
+    return option != NULL ? cli_args_has_option(&run->args, option) : cli_args_has(&run->args, name);
+}
+
+/* Flags and options that only the other word has. */
 static loxo_status check_words(cli_run *run)
 {
-    static const char *const of_sample[] = {"count", "sides", "dimension", "lengths", "first", "weights", NULL};
+    static const char *const of_sample[] = {"count",   "sides", "dimension", "lengths", "first",
+                                            "weights", "seed",  "measure",   NULL};
     static const char *const of_close[] = {"given-edges", NULL};
     const char *const *other = is_close(run) ? of_sample : of_close;
     if (!is_close(run) && strcmp(run->args.operand[0], "sample") != 0)
@@ -62,7 +69,7 @@ static loxo_status check_words(cli_run *run)
         return cli_fail(run, LOXO_ERR_ARGUMENT,
                         is_close(run) ? "polygon: close takes a file" : "polygon: sample takes no file");
     for (; *other != NULL; ++other)
-        if (cli_args_has(&run->args, *other))
+        if (is_given(run, *other))
             return cli_fail(run, LOXO_ERR_ARGUMENT, "polygon: --%s is not of %s", *other, run->args.operand[0]);
     return LOXO_OK;
 }

@@ -71,12 +71,13 @@ typedef struct loxo_polygon_info {
 /* Closes a batch of polygons: edges keep their lengths, and their directions are shifted.
  *   settings   NULL: the defaults
  *   out        [n_polygons][n_edges][d]: vertices, of which the first is the given one (0 where edges or directions are given); edge k goes
- *              from vertex k to the next, the last one back to the first. With settings.edges: edges. Not to overlap x
+ *              from vertex k to the next, the last one back to the first. With settings.edges: edges. Not to overlap x.
+ *              NULL: only barycenters are wanted; report[].gap then is of no use
  *   report     [n_polygons] out, may be NULL
  *   w          [n_polygons][d] out, may be NULL: the barycenters; 0 where there is none
  *   info       out, may be NULL
  * returns      LOXO_OK; LOXO_NOT_CONVERGED: some are loose; LOXO_CHECK_FAILED: some cannot or are bad; LOXO_STOPPED;
- *              LOXO_ERR_ARGUMENT: no polygons, fewer than 1 edge, d, a length or a setting out of its range; LOXO_ERR_LIMIT;
+ *              LOXO_ERR_ARGUMENT: no polygons, nothing to write to, fewer than 1 edge, d, a length or a setting out of its range; LOXO_ERR_LIMIT;
  *              LOXO_ERR_MEMORY: out is untouched
  * accuracy     edge lengths to 4 ulp of the size of the positions; sums are compensated: the gap is rounding of the edges
  * cost         in the plane and in space up to 2048 edges: 8 polygons side by side on each thread, n_edges * 256 bytes of buffer a

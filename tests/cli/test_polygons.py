@@ -129,6 +129,8 @@ def what_does_not_fit_is_said():
     loxo("polygon", "sample", "open.csv", "-o", "x.csv").fails(2, "sample takes no file")
     loxo("polygon", "close", "open.csv").fails(2, "polygon: no output")
     loxo("polygon", "close", "open.csv", "-o", "x.csv", "--sides", "4").fails(2, "--sides is not of close")
+    loxo("polygon", "close", "open.csv", "-o", "x.csv", "--seed", "4").fails(2, "--seed is not of close")
+    loxo("polygon", "sample", "--sides", "4", "-o", "x.csv", "--given-edges").fails(2, "--given-edges is not of sample")
     loxo("polygon", "sample", "-o", "x.csv").fails(2, "either --sides N or --lengths FILE")
     loxo("polygon", "sample", "--sides", "2", "-o", "x.csv").fails(2, "--sides takes a whole number from 3")
     loxo("polygon", "sample", "--sides", "4x", "-o", "x.csv").fails(2, "--sides takes a whole number")

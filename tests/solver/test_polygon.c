@@ -136,7 +136,8 @@ TEST(lengths_stay_and_the_gap_goes)
             for (int form = 0; form < 3; ++form) {
                 batch b = batch_make(test_context, sizes[s] < 300 ? 19 : 2, sizes[s], d, (loxo_polygon_form)form);
                 batch_fill(&b, 7, 0.1, sizes[s] < 5 || form == LOXO_POLYGON_DIRECTIONS, 1.0, 0.0);
-                check_closed(&b, sizes[s] > 8 ? 4.0 : 12.0); /* of a few edges each takes a large part of what is left */
+                check_closed(&b,
+                             sizes[s] > 8 ? 4.0 : 12.0); /* of a few edges each takes a large part of what is left */
                 batch_free(test_context, &b);
             }
 }
@@ -205,6 +206,27 @@ TEST(as_the_barycenter_says)
         CHECK_NEAR(b.report[i].length, N, 1e-12);
     }
     batch_free(test_context, &b);
+}
+
+/* Barycenters alone are those of the call that writes. */
+TEST(barycenters_only)
+{
+    static const int64_t sizes[] = {20, 3001};
+    for (int d = 2; d <= 4; ++d)
+        for (int s = 0; s < 2; ++s)
+            for (int far = 0; far < 2; ++far) {
+                batch b = batch_make(test_context, 11, sizes[s], d, LOXO_POLYGON_EDGES);
+                double w[11 * 4];
+                loxo_polygon_report report[11];
+                batch_fill(&b, 4, far == 0 ? 0.3 : 30.0, false, 1.0, 0.0);
+                CHECK_OK(loxo_polygon_close(test_context, &b.p, NULL, b.out, b.report, b.w, NULL));
+                CHECK_OK(loxo_polygon_close(test_context, &b.p, NULL, NULL, report, w, NULL));
+                for (int i = 0; i < 11 * d; ++i)
+                    CHECK_NEAR(w[i], b.w[i], 1e-14);
+                for (int i = 0; i < 11; ++i)
+                    CHECK(report[i].state == LOXO_POLYGON_CLOSED && report[i].bound < 1e-9);
+                batch_free(test_context, &b);
+            }
 }
 
 /* The bound that a tolerance asks for is above the distance that is left, by the barycenter of the closed edges. */
@@ -357,7 +379,7 @@ TEST(bad_calls)
 #define REFUSED(p, out)                                                                                                \
     CHECK_STATUS(test_context, loxo_polygon_close(test_context, p, NULL, out, NULL, NULL, NULL), LOXO_ERR_ARGUMENT)
     REFUSED(NULL, out);
-    REFUSED(&p, NULL);
+    REFUSED(&p, NULL); /* and no reports, no barycenters */
     p.d = 1;
     REFUSED(&p, out);
     p.d = 65;

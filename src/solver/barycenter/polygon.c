@@ -12,6 +12,7 @@
 #include <string.h>
 
 #define SLAB_NUMBERS (1 << 21) /* of a batch that is worked on between two questions to the monitor */
+#define MOST_FETCHED 256       /* edges of a polygon: eight of them fit the first caches beside what is worked on */
 #define ATOM_NS      3.0       /* an edge, in all */
 
 typedef struct closing {
@@ -32,9 +33,9 @@ typedef struct closing {
     loxo_polygon_info info;
 } closing;
 
-static loxo_status check(loxo_context *ctx, const loxo_polygons *p, const double *out)
+static loxo_status check(loxo_context *ctx, const loxo_polygons *p, bool has_output)
 {
-    if (p == NULL || p->n_polygons < 0 || p->n_edges < 1 || out == NULL || p->x == NULL)
+    if (p == NULL || p->n_polygons < 0 || p->n_edges < 1 || !has_output || p->x == NULL)
         return loxo_fail(ctx, LOXO_ERR_ARGUMENT, "polygon: no polygons");
     if (p->d < 2 || p->d > LOXO_MOEBIUS_MOST_DIMENSIONS)
         return loxo_fail(ctx, LOXO_ERR_ARGUMENT, "polygon: %d dimensions, not 2 to %d", p->d,
@@ -67,7 +68,7 @@ static void close_eight(const closing *c, int64_t first, int64_t count, double *
     for (int l = 0; l < K_LANES; ++l) {
         job.x[l] = polygon_at(p, l < count ? first + l : first);
         if (p->form == LOXO_POLYGON_VERTICES) memcpy(job.start[l], job.x[l], (size_t)p->d * sizeof(double));
-        job.out[l] = l < count ? c->out + (first + l) * p->n_edges * p->d : NULL;
+        job.out[l] = l < count && c->out != NULL ? c->out + (first + l) * p->n_edges * p->d : NULL;
     }
     c->kernels->lanes(&job);
     for (int l = 0; l < count; ++l) {
@@ -84,6 +85,16 @@ static void close_eight(const closing *c, int64_t first, int64_t count, double *
     }
 }
 
+/* Asks for polygons begin..end-1, to be closed next: eight short streams at a time are more than processors foresee. */
+static void fetch(const closing *c, int64_t begin, int64_t end)
+{
+    if (begin >= end || c->polygons->n_edges > MOST_FETCHED) return;
+    const char *x = (const char *)polygon_at(c->polygons, begin);
+    const char *x_end = (const char *)polygon_at(c->polygons, end);
+    for (; x < x_end; x += 64)
+        __builtin_prefetch(x);
+}
+
 /* Polygons begin..end-1 side by side; those that are left over are marked so. */
 static void close_in_lanes(const closing *c, int64_t begin, int64_t end, loxo_polygon_report *report)
 {
@@ -94,6 +105,7 @@ static void close_in_lanes(const closing *c, int64_t begin, int64_t end, loxo_po
         double *buffer = c->lane_buffer + loxo_thread_id() * c->lane_size;
         for (int64_t e = r.begin; e < r.end; ++e) {
             const int64_t first = begin + e * K_LANES;
+            fetch(c, first + K_LANES, first + 2 * K_LANES < end ? first + 2 * K_LANES : end);
             close_eight(c, first, end - first < K_LANES ? end - first : K_LANES, buffer, report + e * K_LANES);
         }
     }
@@ -127,7 +139,8 @@ static loxo_status close_slab(closing *c, int64_t begin, int64_t end)
     for (int64_t i = 0; i < end - begin; ++i) {
         if (report[i].state == LOXO_POLYGON_LEFT) {
             const int64_t p = begin + i;
-            double *out = c->out + p * n_numbers, *w = c->w == NULL ? NULL : c->w + p * c->polygons->d;
+            double *out = c->out == NULL ? NULL : c->out + p * n_numbers,
+                   *w = c->w == NULL ? NULL : c->w + p * c->polygons->d;
             double *log_factor = c->log_factor == NULL ? NULL : c->log_factor + p;
             ++c->info.n_alone;
             if (!c->is_large || !polygon_close_large(c->ctx, c->polygons, p, c->settings, c->kernels, c->large_buffer,
@@ -187,7 +200,7 @@ loxo_status polygon_close_batch(loxo_context *ctx, const loxo_polygons *polygons
     const loxo_polygon_settings s = settings == NULL ? loxo_polygon_settings_default() : *settings;
     const double start_s = loxo_os_clock_s();
     loxo_status status = loxo_options_check(ctx, "polygon", loxo_polygon_options, &s);
-    if (status >= 0) status = check(ctx, polygons, out);
+    if (status >= 0) status = check(ctx, polygons, out != NULL || w != NULL || report != NULL);
     if (status < 0) return status;
     loxo_progress_enter(ctx);
     const int64_t numbers = polygons->n_edges * polygons->d, most = (SLAB_NUMBERS + numbers - 1) / numbers;

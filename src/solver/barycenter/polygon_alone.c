@@ -103,7 +103,7 @@ static double length_of(int d, const double *a)
 static void write_zeros(const loxo_polygons *p, double *out, loxo_polygon_report *report, double *w)
 {
     *report = (loxo_polygon_report){.state = LOXO_POLYGON_BAD, .bound = HUGE_VAL};
-    memset(out, 0, (size_t)(p->n_edges * p->d) * sizeof *out);
+    if (out != NULL) memset(out, 0, (size_t)(p->n_edges * p->d) * sizeof *out);
     if (w != NULL) memset(w, 0, (size_t)p->d * sizeof *w);
 }
 

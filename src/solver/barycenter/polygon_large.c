@@ -9,7 +9,7 @@
 #include <math.h>
 #include <string.h>
 
-#define PIECE  256 /* edges of a lane */
+#define PIECE  ((int64_t)256) /* edges of a lane */
 #define CHUNK  (PIECE * K_LANES)
 #define PASSES 12
 #define EPS    2.3e-16
@@ -66,7 +66,7 @@ static void set_job(const large *l, int64_t c, k_lanes *job)
     for (int k = 0; k < K_LANES; ++k) {
         const int64_t first = (c * CHUNK + k * piece) * p->d;
         job->x[k] = l->x + first;
-        job->out[k] = l->out + first;
+        if (l->out != NULL) job->out[k] = l->out + first;
     }
 }
 
@@ -219,7 +219,7 @@ static void find_starts(large *l, const double *start, bool writes)
                 add_exactly(&sum[k], &lost[k], l->chunk[c].sum[lane][k], l->fix[k] * l->chunk[c].table[0][lane]);
             }
     for (int i = 0; i < l->n_rest; ++i) {
-        double *out = l->out + (n_in_lanes(l) + i) * d;
+        double *out = writes ? l->out + (n_in_lanes(l) + i) * d : NULL;
         (void)shift_rest(l, i, e);
         for (int k = 0; k < d; ++k) {
             if (writes) out[k] = l->as_edges ? e[k] : (start == NULL ? 0.0 : start[k]) + (sum[k] + lost[k]);
@@ -299,8 +299,8 @@ bool polygon_close_large(loxo_context *ctx, const loxo_polygons *polygons, int64
         for (int k = 0; k < polygons->d; ++k)
             l.fix[k] = l.sum[k] / l.weight;
     }
-    find_starts(&l, polygons->form == LOXO_POLYGON_VERTICES ? l.x : NULL, true);
-    for_chunks(&l, 1.2, write_chunk);
+    find_starts(&l, polygons->form == LOXO_POLYGON_VERTICES ? l.x : NULL, out != NULL);
+    if (out != NULL) for_chunks(&l, 1.2, write_chunk);
     *report = (loxo_polygon_report){.state = is_exact || l.point.bound <= settings->tolerance ? LOXO_POLYGON_CLOSED
                                                                                               : LOXO_POLYGON_LOOSE,
                                     .length = l.weight,
