@@ -81,7 +81,8 @@ typedef struct loxo_polygon_info {
  *              LOXO_ERR_MEMORY: out is untouched
  * accuracy     edge lengths to 4 ulp of the size of the positions; sums are compensated: the gap is rounding of the edges
  * cost         in the plane and in space up to 2048 edges: 8 polygons side by side on each thread, n_edges * 256 bytes of buffer a
- *              thread; else one after the other, n_edges * (d + 1) * 8 bytes. Same bits for any number of threads and instruction set */
+ *              thread, 2 to 4 ns an edge; else one after the other, n_edges * (d + 1) * 16 bytes. Fastest where x and out are aligned to 64
+ *              bytes. Same bits for any number of threads and instruction set */
 LOXO_API loxo_status loxo_polygon_close(loxo_context *ctx, const loxo_polygons *polygons,
                                         const loxo_polygon_settings *settings, double *out, loxo_polygon_report *report,
                                         double *w, loxo_polygon_info *info);

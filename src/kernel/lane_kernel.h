@@ -402,7 +402,7 @@ static inline void k_lanes_write(k_lanes *job, int half, int d, bool has_weights
                                  const k_wide *fix, k_wide *sum)
 {
     const int64_t n = job->n, whole = n - n % K_WIDE, row = (int64_t)(d + (has_weights ? 1 : 0)) * K_WIDE;
-    const bool fixes = fix != NULL, exact = fixes || !writes;
+    const bool fixes = fix != NULL, exact = !(job->tolerance > 0.0);
     k_lane_writer r = {.co = state->co};
     r.product += 1.0;
     for (int l = 0; l < K_WIDE; ++l)
@@ -633,27 +633,28 @@ static inline void k_lanes_again(const k_lanes *job, const double *w, double co,
     }
 }
 
-/* Adds up each lane's edges from w, and writes them: job->sum, job->stretch. fix [d] is taken off vertices with each unit of length. */
+/* Adds up each lane's edges from w, and writes them: job->sum, job->stretch. fix [d] is taken off vertices with each unit of length; NULL:
+ * nothing. */
 static inline void k_lanes_last(k_lanes *job, const double *w, double co, const double *fix, bool writes)
 {
     for (int half = 0; half < K_HALVES; ++half) {
         const double *buffer = k_lanes_buffer(job, half);
         const bool stretch = job->log_stretch && !writes;
-        k_wide sum[3], wide_fix[3];
+        k_wide sum[3], wide_fix[3] = {{0}};
         k_lane_state state;
         k_lanes_set(&state, job->d, w, co);
-        for (int k = 0; k < job->d; ++k)
+        for (int k = 0; k < job->d && fix != NULL; ++k)
             wide_fix[k] = (k_wide){0} + fix[k];
         if (job->d == 3 && !writes)
             k_lanes_write(job, half, 3, k_lanes_weighted(job), stretch, true, true, false, buffer, &state, NULL, sum);
         else if (job->d == 3)
             k_lanes_write(job, half, 3, k_lanes_weighted(job), false, job->as_edges, true, true, buffer, &state,
-                          wide_fix, sum);
+                          fix == NULL ? NULL : wide_fix, sum);
         else if (!writes)
             k_lanes_write(job, half, 2, k_lanes_weighted(job), stretch, true, true, false, buffer, &state, NULL, sum);
         else
             k_lanes_write(job, half, 2, k_lanes_weighted(job), false, job->as_edges, true, true, buffer, &state,
-                          wide_fix, sum);
+                          fix == NULL ? NULL : wide_fix, sum);
         for (int l = 0; l < K_WIDE; ++l)
             for (int k = 0; k < job->d; ++k)
                 job->sum[half * K_WIDE + l][k] = sum[k][l];

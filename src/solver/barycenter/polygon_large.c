@@ -34,7 +34,7 @@ typedef struct large {
     const k_variant *kernels;
     bool as_edges, log_stretch;
     k_lane_point point;
-    double weight, sum[3], fix[3];
+    double tolerance, weight, sum[3], fix[3];
     /* edges behind the last whole eight */
     int n_rest;
     double rest[K_LANES][3], rest_length[K_LANES];
@@ -60,6 +60,7 @@ static void set_job(const large *l, int64_t c, k_lanes *job)
     *job = (k_lanes){.form = (k_lane_form)p->form,
                      .d = p->d,
                      .n = piece,
+                     .tolerance = l->tolerance,
                      .buffer = l->buffer + c * CHUNK * (p->d + 1),
                      .as_edges = l->as_edges,
                      .log_stretch = l->log_stretch};
@@ -101,7 +102,7 @@ static void add_up_chunk(large *l, int64_t c)
     k_lanes job;
     double stretch = 0.0;
     set_job(l, c, &job);
-    l->kernels->lanes_last(&job, l->point.w, l->point.co, l->fix, false);
+    l->kernels->lanes_last(&job, l->point.w, l->point.co, NULL, false);
     memcpy(l->chunk[c].sum, job.sum, sizeof job.sum);
     for (int k = 0; k < K_LANES && l->log_stretch; ++k)
         stretch += job.stretch[k];
@@ -113,7 +114,7 @@ static void write_chunk(large *l, int64_t c)
     k_lanes job;
     set_job(l, c, &job);
     memcpy(job.start, l->chunk[c].start, sizeof job.start);
-    l->kernels->lanes_last(&job, l->point.w, l->point.co, l->fix, true);
+    l->kernels->lanes_last(&job, l->point.w, l->point.co, l->tolerance > 0.0 ? NULL : l->fix, true);
     memcpy(l->chunk[c].sum, job.sum, sizeof job.sum);
 }
 
@@ -254,7 +255,7 @@ static bool is_certified(large *l, double tolerance)
 /* The search; false: leave the polygon to the way that does not mind where the barycenter lies. */
 static bool search(large *l, double tolerance)
 {
-    double sums[9], ahead = AHEAD;
+    double sums[9], ahead = l->out == NULL ? 1.0 : AHEAD;
     bool good = read_rest(l);
     for_chunks(l, 0.8, read_chunk);
     for (int64_t c = 0; c < l->n_chunks; ++c)
@@ -266,7 +267,7 @@ static bool search(large *l, double tolerance)
     for (int pass = 0;; ++pass) {
         l->kernels->lanes_one_step(l->polygons->d, tolerance, ahead, sums, &l->point);
         if (l->point.is_done) {
-            if (is_certified(l, tolerance)) return true;
+            if (l->out == NULL || is_certified(l, tolerance)) return true;
             ahead = 1.0;
         } else if (l->point.is_over) {
             return false;
@@ -291,16 +292,17 @@ bool polygon_close_large(loxo_context *ctx, const loxo_polygons *polygons, int64
                .n_chunks = polygon_n_chunks(polygons->n_edges),
                .n_rest = (int)(polygons->n_edges % K_LANES),
                .kernels = kernels,
+               .tolerance = settings->tolerance,
                .as_edges = settings->edges,
                .log_stretch = log_factor != NULL};
     const bool is_exact = !(settings->tolerance > 0.0);
     if (!search(&l, settings->tolerance)) return false;
-    if (is_exact && !settings->edges) {
-        for (int k = 0; k < polygons->d; ++k)
+    if (out != NULL) {
+        for (int k = 0; k < polygons->d && is_exact && !settings->edges; ++k)
             l.fix[k] = l.sum[k] / l.weight;
+        find_starts(&l, polygons->form == LOXO_POLYGON_VERTICES ? l.x : NULL, true);
+        for_chunks(&l, 1.2, write_chunk);
     }
-    find_starts(&l, polygons->form == LOXO_POLYGON_VERTICES ? l.x : NULL, out != NULL);
-    if (out != NULL) for_chunks(&l, 1.2, write_chunk);
     *report = (loxo_polygon_report){.state = is_exact || l.point.bound <= settings->tolerance ? LOXO_POLYGON_CLOSED
                                                                                               : LOXO_POLYGON_LOOSE,
                                     .length = l.weight,
@@ -308,7 +310,7 @@ bool polygon_close_large(loxo_context *ctx, const loxo_polygons *polygons, int64
                                     .bound = l.point.bound,
                                     .co = l.point.co};
     if (w != NULL) memcpy(w, l.point.w, (size_t)polygons->d * sizeof *w);
-    if (log_factor == NULL) return true;
+    if (log_factor == NULL || out == NULL) return true;
     *log_factor = (double)polygons->n_edges * log(l.point.co);
     for (int64_t c = 0; c < l.n_chunks; ++c)
         *log_factor -= chunk[c].stretch;
