@@ -210,6 +210,7 @@ loxo_status bench_build(bench *b);
 loxo_status bench_orders(bench *b);
 loxo_status bench_laplace(bench *b);
 loxo_status bench_estimate(bench *b);
+loxo_status bench_barycenter(bench *b);
 loxo_status bench_paper_list(bench *b);
 loxo_status bench_paper(bench *b, int n_names, char **names);
 

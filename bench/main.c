@@ -76,6 +76,7 @@ static const struct {
     {"orders", "orders of a mesh: what they cost and what they win", bench_orders, true},
     {"laplace", "multigrid beside a sparse factor and BoomerAMG: set-up, solve, memory, steps", bench_laplace, true},
     {"estimate", "what --estimate of the command predicts, against what a run takes", bench_estimate, false},
+    {"barycenter", "polygons closed a second, barycenters of many atoms, and near the sphere", bench_barycenter, false},
 };
 #define N_COMMANDS (sizeof commands / sizeof commands[0])
 
@@ -83,8 +84,8 @@ static void print_help(const bench_settings *defaults)
 {
     puts("usage: loxo-bench COMMAND [options]\n\ncommands:");
     for (size_t i = 0; i < N_COMMANDS; ++i)
-        printf("  %-9s %s\n", commands[i].name, commands[i].help);
-    puts("  paper     tables and figures of papers: `paper --list`, `paper NAME ... [--out FOLDER]`, `paper all`\n"
+        printf("  %-10s %s\n", commands[i].name, commands[i].help);
+    puts("  paper      tables and figures of papers: `paper --list`, `paper NAME ... [--out FOLDER]`, `paper all`\n"
          "\noptions:");
     for (const loxo_option *o = options; o->name != NULL; ++o) {
         char value[64];

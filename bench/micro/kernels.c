@@ -3,6 +3,7 @@
 #include "../bench.h"
 #include "base/os.h"
 #include "kernel/variants.h"
+#include "moments.h"
 #include "sparse.h"
 
 #include <math.h>
@@ -237,5 +238,5 @@ loxo_status bench_micro(bench *b)
             (long long)s.m.n_vertices, (long long)s.m.n_faces);
     }
     close_subject(&s);
-    return status;
+    return status < 0 ? status : bench_micro_moments(b);
 }
