@@ -6,6 +6,7 @@
 #include <omp.h>
 
 #define SPINS_BEFORE_YIELD 2000
+#define ALONE_BEFORE_POLL  64
 #define OVER               UINT64_MAX
 #define CLOSED             UINT32_MAX /* more than any number of chunks */
 
@@ -32,13 +33,23 @@ static bool run_alone(const loxo_phases *phases)
     }
 }
 
-/* Prepares phases until one has chunks; only one thread is ever here. */
-static void open_next(const loxo_phases *phases, shared_state *s, uint64_t phase)
+static void poll(const loxo_phases *phases, shared_state *s)
+{
+    if (phases->poll(phases->arg)) __atomic_store_n(&s->is_stop_wanted, 1, __ATOMIC_RELAXED);
+}
+
+/* Prepares phases until one has chunks for several threads; only one thread is ever here. A phase of one chunk it does itself: given
+ * to a thread that is off its processor, that would hold up all. */
+static void open_next(const loxo_phases *phases, shared_state *s, uint64_t phase, bool polls)
 {
     int64_t n_chunks = 0;
-    while (n_chunks == 0) {
+    for (int64_t n_alone = 0; n_chunks == 0;) {
         s->is_stopped = __atomic_load_n(&s->is_stop_wanted, __ATOMIC_RELAXED);
         n_chunks = s->is_stopped != 0 ? -1 : phases->advance(phases->arg);
+        if (n_chunks != 1) continue;
+        phases->work(phases->arg, 0);
+        n_chunks = 0;
+        if (polls && ++n_alone % ALONE_BEFORE_POLL == 0) poll(phases, s);
     }
     __atomic_store_n(&s->n_done, 0, __ATOMIC_RELAXED);
     __atomic_store_n(&s->word, (phase & 0x7fffffffu) << 32 | CLOSED, __ATOMIC_RELAXED);
@@ -58,7 +69,7 @@ static void run_thread(const loxo_phases *phases, shared_state *s)
             if (++n_spins > SPINS_BEFORE_YIELD) {
                 n_spins = 0;
                 /* It may get no chunk for long, where phases are short and others quicker. */
-                if (polls && phases->poll(phases->arg)) __atomic_store_n(&s->is_stop_wanted, 1, __ATOMIC_RELAXED);
+                if (polls) poll(phases, s);
                 loxo_os_yield();
             }
             continue;
@@ -66,8 +77,9 @@ static void run_thread(const loxo_phases *phases, shared_state *s)
         if (!__atomic_compare_exchange_n(&s->word, &word, word + 1, true, __ATOMIC_ACQ_REL, __ATOMIC_RELAXED)) continue;
         n_spins = 0;
         phases->work(phases->arg, chunk);
-        if (polls && phases->poll(phases->arg)) __atomic_store_n(&s->is_stop_wanted, 1, __ATOMIC_RELAXED);
-        if (__atomic_add_fetch(&s->n_done, 1, __ATOMIC_ACQ_REL) == n_chunks) open_next(phases, s, (word >> 32) + 1);
+        if (polls) poll(phases, s);
+        if (__atomic_add_fetch(&s->n_done, 1, __ATOMIC_ACQ_REL) == n_chunks)
+            open_next(phases, s, (word >> 32) + 1, polls);
     }
 }
 
@@ -75,7 +87,7 @@ bool loxo_phases_run(const loxo_phases *phases, int n_threads)
 {
     shared_state s = {0};
     if (n_threads <= 1 || omp_in_parallel()) return run_alone(phases);
-    open_next(phases, &s, 0);
+    open_next(phases, &s, 0, phases->poll != NULL);
 #pragma omp parallel num_threads(n_threads)
     run_thread(phases, &s);
     return s.is_stopped != 0;

@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: MIT
  * Many short phases, each of a known number of chunks, without a barrier. Threads claim chunks; the one that finishes
- * the last chunk of a phase prepares the next. A thread that the system has taken off its processor delays the others
- * only while it holds a chunk, so a busy neighbour costs its share and not a time slice per phase. Which thread does
- * what is left to chance: chunks of one phase must not depend on each other. */
+ * the last chunk of a phase prepares the next, and does it alone if it is of one chunk. A thread that the system has taken
+ * off its processor delays the others only while it holds a chunk, so a busy neighbour costs its share and not a time
+ * slice per phase. Which thread does what is left to chance: chunks of one phase must not depend on each other.
+ */
 #ifndef LOXO_PAR_PHASES_H
 #define LOXO_PAR_PHASES_H
 
