@@ -15,5 +15,6 @@ extern const cli_command command_measure;
 extern const cli_command command_center;
 extern const cli_command command_barycenter;
 extern const cli_command command_polygon;
+extern const cli_command command_extend;
 
 #endif

@@ -14,6 +14,7 @@
 #ifndef LOXO_EXTENSION_H
 #define LOXO_EXTENSION_H
 
+#include <loxo/mesh.h>
 #include <loxo/moebius.h>
 
 #ifdef __cplusplus
@@ -63,7 +64,7 @@ LOXO_API loxo_status loxo_extension_create(loxo_context *ctx, const loxo_curve *
                                            const loxo_extension_settings *settings, loxo_extension **out);
 LOXO_API void loxo_extension_destroy(loxo_extension *extension);
 
-/* What a value is. */
+/* What a value is. (On the circle: of maps of the sphere, on the sphere.) */
 typedef enum loxo_extension_kind {
     LOXO_EXTENSION_INSIDE, /* the barycenter, inside the ball */
     LOXO_EXTENSION_CURVE,  /* z is on the circle: the curve's point there */
@@ -104,6 +105,52 @@ typedef struct loxo_extension_info {
  *            point is worked on alone: same bits for any number of threads, any instruction set, and any other points */
 LOXO_API loxo_status loxo_extension_evaluate(loxo_extension *extension, int64_t n, const double *z, const double *co,
                                              const loxo_extension_values *values, loxo_extension_info *info);
+
+/* ---- maps of the sphere ------------------------------------------------------------------------------------------ */
+
+/* A map of the unit sphere of space to that of R^d by the vertices of a mesh; between them it is the direction of a face's linear map. */
+typedef struct loxo_sphere_map {
+    int64_t n_vertices, n_faces;
+    int d;                      /* of the image's space, 2 to LOXO_MOEBIUS_MOST_DIMENSIONS */
+    const double *x;            /* [n_vertices][3] vertices on the unit sphere within 1e-6, taken as directions */
+    const double *y;            /* [n_vertices][d] where they go, the same */
+    const loxo_index *triangle; /* [n_faces][3]: the faces as seen from the centre cover the sphere once */
+} loxo_sphere_map;
+
+typedef struct loxo_sphere_extension_settings {
+    double piece;       /* longest side of a piece of a face over its distance from z */
+    double tolerance;   /* as of the disk */
+    int max_iterations; /* of the search, a point */
+} loxo_sphere_extension_settings;
+
+LOXO_API loxo_sphere_extension_settings loxo_sphere_extension_settings_default(void); /* 0.5, 1e-8, 50 */
+
+typedef struct loxo_sphere_extension_info {
+    int64_t n_points, n_on_sphere, n_resting, n_open;
+    int64_t n_nodes;      /* all points together */
+    int64_t n_iterations; /* likewise */
+    double bound_max;     /* of the points inside */
+    double total_s;
+    size_t peak_bytes; /* of the context */
+} loxo_sphere_extension_info;
+
+/* The extension of such a map at points of the closed unit ball: the conformal barycenter of the map under the harmonic measure of z in
+ * hyperbolic space, whose density is ((1 - |z|^2) / |x - z|^2)^2. Faces are cut into pieces that are small as seen from z.
+ *   z          [n][3]
+ *   co         [n] 1 - |z|^2; NULL: from the coordinates, which within 4e-16 are on the sphere
+ *   settings   NULL: the defaults
+ *   values     kind LOXO_EXTENSION_CURVE: on the sphere, the map's value; error: NaN, none is made; a kind's and what stands in w is as of the disk
+ *   info       out, may be NULL
+ * returns      LOXO_OK; LOXO_NOT_CONVERGED: some are LOXO_EXTENSION_OPEN; LOXO_STOPPED: values from some point on are NaN;
+ *              LOXO_ERR_ARGUMENT: with the number as element: a vertex off its sphere, a point outside, not finite or not of its
+ *              co; LOXO_ERR_MALFORMED: a vertex number out of range (element: the face); LOXO_ERR_MESH: faces that do not cover the
+ *              sphere once; LOXO_ERR_MEMORY
+ * cost         six nodes a piece, at least a piece a face: some 20 ns a node for each point; 8 (d + 1) bytes a node. |x - z| loses eps / (1 - |z|).
+ *              Same bits for any number of threads */
+LOXO_API loxo_status loxo_sphere_extension(loxo_context *ctx, const loxo_sphere_map *map,
+                                           const loxo_sphere_extension_settings *settings, int64_t n, const double *z,
+                                           const double *co, const loxo_extension_values *values,
+                                           loxo_sphere_extension_info *info);
 
 #ifdef __cplusplus
 }

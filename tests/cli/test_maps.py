@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: MIT
-"""Maps to the sphere and their Moebius centring."""
+"""Maps to the sphere and their Moebius centring; closed curves extended to the disk."""
 import json
 import math
 
-from harness import files, loxo, main, off, read, sphere, test, write
+from harness import files, fitting, has_feature, loxo, main, off, read, sphere, test, write
 
 
 def octahedron(path, scale=(1, 1, 1)):
@@ -90,6 +90,122 @@ def center_bits_and_estimate():
         loxo("center", ball, "--mesh", "b.ply", "-o", f"{name}.ply", *more).is_code(0)
     assert read("one.ply") == read("many.ply")
     loxo("center", ball, "--mesh", "b.ply", "--estimate").is_code(0).has_out(r"^peak_bytes ")
+
+
+def circle_map(path, f, n=400):
+    """Samples of a map of the circle to itself, by angles."""
+    write(path, "".join(f"{f(2 * math.pi * i / n)!r}\n" for i in range(n)).encode())
+    return path
+
+
+def rows(path):
+    return [[float(x) for x in line.split(",")] for line in read(path).decode().splitlines()]
+
+
+@test
+def extend_the_identity_and_a_power():
+    # The extension of z -> z^k is z -> z^k.
+    for k in (1, 2):
+        circle_map("angles.csv", lambda t, k=k: k * t, 4000)
+        write("at.csv", b"0,0\n0.5,0.25\n-0.3,0.9\n0.6,-0.8\n")
+        loxo("extend", "angles.csv", "--at", "at.csv", "-o", "out.csv", "--rule", "graded").is_code(0)
+        for x, y, u, v, co, bound, error, kind in rows("out.csv"):
+            w = complex(x, y) ** k
+            assert abs(complex(u, v) - w) < 1e-5 and math.isclose(co, max(1 - abs(w) ** 2, 0), abs_tol=1e-5), (x, y, u, v)
+            assert bound <= 1e-8 and error < 1e-3 and kind == (1 if x == 0.6 else 0), (bound, error, kind)
+
+
+@test
+def extend_near_the_circle():
+    circle_map("angles.csv", lambda t: t)
+    write("at.csv", b"0,0.99999999999999,2e-14\n1,0,2e-200\n0,-1,0\n")
+    loxo("extend", "angles.csv", "--at", "at.csv", "-o", "out.csv").is_code(0)
+    out = rows("out.csv")
+    for (_, _, _, _, co, *_), want in zip(out, (2e-14, 2e-200, 0)):
+        assert math.isclose(co, want, rel_tol=2e-8), out
+    assert [r[-1] for r in out] == [0, 0, 1]
+
+
+@test
+def extend_makes_a_disk():
+    n = fitting(3000)
+    curve = [(math.cos(t), 0.8 * math.sin(t), 0.6 * math.sin(2 * t)) for t in (2 * math.pi * i / 100 for i in range(100))]
+    write("curve.csv", "".join(f"{x},{y},{z}\n" for x, y, z in curve).encode())
+    loxo("extend", "curve.csv", "-o", "x.ply", "--points", "100").fails(2, "sample 1 is not on the unit sphere within 1e-6")
+    r = loxo("extend", "curve.csv", "--normalize", "--points", str(n), "-o", "x.ply", "-o", "x.csv", "-o", "x.off",
+             "--json", "r.json").is_code(0)
+    r.has_err(r"^points +[0-9,]+: nodes fixed at [0-9,]+, moving at [0-9,]+, on the circle [0-9,]+, resting 0$")
+    e = json.loads(read("r.json"))["extension"]
+    out = rows("x.csv")
+    assert len(out) == e["n_points"] == e["n_fixed"] + e["n_moving"] + e["n_near"] + e["n_curve"], e
+    assert e["bound_max"] <= 1e-8 and e["n_open"] == 0, e
+    m = loxo("info", "x.ply", "--json", "-").is_code(0).json["mesh"]
+    assert m["n_vertices"] == len(out) and m["n_boundary_loops"] == 1 and m["euler"] == 1, m
+    assert all(math.dist(p, row[2:5]) < 1e-6 for p, row in zip(vertices("x.off"), out))
+    for row in out:
+        w = math.hypot(*row[2:5])
+        assert abs(1 - w * w - row[5]) < 1e-12 and (row[-1] == 1) == (w > 1 - 1e-12)
+    for name, more in (("one", ["--threads", "1", "--isa", "baseline"]), ("many", ["--threads", "7"])):
+        loxo("extend", "curve.csv", "--normalize", "--points", "500", "-o", f"{name}.ply", *more).is_code(0)
+    assert read("one.ply") == read("many.ply")
+    if has_feature("libpng (pictures)"):
+        loxo("extend", "curve.csv", "--normalize", "--points", "500", "--picture", "p.png").is_code(0)
+        assert read("p.png")[:4] == b"\x89PNG"
+    loxo("extend", "curve.csv", "--normalize", "--estimate").is_code(0).has_out(r"^peak_bytes ")
+
+
+@test
+def extend_a_curve_that_rests_and_one_by_length():
+    # Half of the samples at one point: at the centre that is it; by length the stops do not count.
+    circle_map("rest.csv", lambda t: 0.0 if t <= math.pi * 1.02 else 2 * (t - math.pi * 1.02) * math.pi / (2 * math.pi - math.pi * 1.02))
+    write("at.csv", b"0,0\n")
+    loxo("extend", "rest.csv", "--at", "at.csv", "-o", "out.csv").is_code(0)
+    assert rows("out.csv")[0][2:5] == [1, 0, 0] and rows("out.csv")[0][-1] == 2
+    loxo("extend", "rest.csv", "--at", "at.csv", "-o", "out.csv", "--by", "length").is_code(0)
+    row = rows("out.csv")[0]
+    assert math.hypot(row[2], row[3]) < 0.02 and row[-1] == 0, row
+
+
+@test
+def extend_says_what_does_not_fit():
+    circle_map("a.csv", lambda t: t, 12)
+    write("outside.csv", b"0,0\n0.9,0.9\n")
+    write("four.csv", b"1,2,3,4\n")
+    write("opposite.csv", b"1,0\n-1,0\n0,1\n")
+    write("space.csv", b"1,0,0,0\n0,1,0,0\n0,0,1,0\n")
+    before = files()
+    loxo("extend", "a.csv").fails(2, "extend: no output")
+    loxo("extend", "a.csv", "--at", "outside.csv", "-o", "x.csv").fails(2, "point 1 is not in the unit disk")
+    loxo("extend", "a.csv", "--at", "four.csv", "-o", "x.csv").fails(5, r"^four\.csv: error: points are rows of 2 numbers")
+    loxo("extend", "a.csv", "--at", "outside.csv", "-o", "x.ply").fails(5, "values at points go to")
+    loxo("extend", "a.csv", "--at", "outside.csv", "--picture", "x.png").fails(2, "picture")
+    loxo("extend", "opposite.csv", "-o", "x.ply", "--points", "100").fails(2, "sample 0 is opposite to the next one")
+    loxo("extend", "outside.csv", "-o", "x.ply", "--points", "100").fails(2, "at least 3 samples")
+    loxo("extend", "space.csv", "-o", "x.ply").fails(5, "a disk in 4 dimensions is no surface")
+    loxo("extend", "a.csv", "-o", "x.ply", "--nodes", "3").fails(2, "nodes")
+    loxo("extend", "a.csv", "-o", "x.ply", "--tolerance", "nan").fails(2, "tolerance")
+    loxo("extend", "missing.csv", "-o", "x.ply").fails(3, "missing.csv")
+    assert files() == before
+    loxo("extend", "space.csv", "--points", "50", "-o", "x.csv").is_code(0)
+    loxo("extend", "a.csv", "-o", "x.ply", "--points", "100", "--tolerance", "1e-17").is_code(8).has_err("did not end within")
+
+
+@test
+def extend_a_map_of_the_sphere():
+    sphere("s.ply", 200)
+    octahedron("o.off")
+    write("at.csv", b"0.1,0.2,-0.3\n0,0,0\n0,0.6,0.8\n")
+    loxo("extend", "s.ply", "--map", "s.ply", "--at", "at.csv", "-o", "out.csv", "--piece", "0.25", "--json",
+         "r.json").is_code(0).has_err(r"^points +3, on the sphere 1, resting 0$")
+    for row, kind in zip(rows("out.csv"), (0, 0, 1)):
+        assert math.dist(row[:3], row[3:6]) < 1e-6 and row[-1] == kind, row
+    assert json.loads(read("r.json"))["extension"]["n_nodes"] > 1000
+    before = files()
+    loxo("extend", "s.ply", "--map", "o.off", "--at", "at.csv", "-o", "x.csv").fails(
+        6, r"^o\.off: error: does not have the vertices and faces of the sphere$")
+    loxo("extend", "s.ply", "--map", "s.ply", "-o", "x.csv").fails(2, "give points of the ball")
+    loxo("extend", "s.ply", "--map", "s.ply", "--at", "at.csv", "-o", "x.ply").fails(5, "values at points go to")
+    assert files() == before
 
 
 main()

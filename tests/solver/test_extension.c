@@ -16,16 +16,25 @@
 
 typedef double complex (*circle_map)(double complex);
 
-static double complex unit(double t) { return CMPLX(cos(t), sin(t)); }
+/* x + i y; CMPLX is not everywhere. */
+static double complex number(double x, double y)
+{
+    const double parts[2] = {x, y};
+    double complex z;
+    memcpy(&z, parts, sizeof z);
+    return z;
+}
+
+static double complex unit(double t) { return number(cos(t), sin(t)); }
 static double complex identity(double complex z) { return z; }
 static double complex turned(double complex z) { return unit(0.7) * z; }
 static double complex square(double complex z) { return z * z; }
 static double complex cube(double complex z) { return z * z * z; }
 static double complex factor(double complex a, double complex z) { return (z - a) / (1.0 - conj(a) * z); }
-static double complex moebius(double complex z) { return unit(1.3) * factor(CMPLX(0.4, -0.3), z); }
+static double complex moebius(double complex z) { return unit(1.3) * factor(number(0.4, -0.3), z); }
 static double complex blaschke(double complex z)
 {
-    return factor(CMPLX(0.5, 0.2), z) * factor(CMPLX(0.0, -0.3), z) * factor(CMPLX(-0.4, 0.1), z);
+    return factor(number(0.5, 0.2), z) * factor(number(0.0, -0.3), z) * factor(number(-0.4, 0.1), z);
 }
 
 /* Samples of a map of the circle to itself, put into a plane of R^d: the first two axes. */
@@ -131,7 +140,7 @@ static double off_by(circle_map f, int64_t n, const double *z, const run *r, int
 {
     double most = 0.0;
     for (int64_t i = 0; i < n; ++i) {
-        const double complex w = f(CMPLX(z[2 * i], z[2 * i + 1]));
+        const double complex w = f(number(z[2 * i], z[2 * i + 1]));
         const double want[2] = {creal(w), cimag(w)}, co = (1.0 - cabs(w)) * (1.0 + cabs(w));
         CHECK(r->kind[i] == LOXO_EXTENSION_INSIDE);
         CHECK_NEAR(r->co[i], 1.0 - k_ball_dot(d, r->w + i * d, r->w + i * d), 4e-15);
@@ -286,13 +295,13 @@ TEST(moebius_maps_behind_pass_through)
 TEST(moebius_maps_before_pass_through)
 {
     enum { N = 200, SAMPLES = 20000 };
-    const double complex a = CMPLX(0.5, -0.3);
+    const double complex a = number(0.5, -0.3);
     double *z = points(N), *image = loxo_allocate(test_context, 2 * N, sizeof *image), *x = space_curve(SAMPLES);
     double *angle = loxo_allocate(test_context, SAMPLES, sizeof *angle);
     run r = run_make(test_context, N, 3), s = run_make(test_context, N, 3);
     loxo_curve curve = {.n = SAMPLES, .d = 3, .x = x};
     for (int64_t i = 0; i < N; ++i) {
-        const double complex w = factor(a, CMPLX(z[2 * i], z[2 * i + 1]));
+        const double complex w = factor(a, number(z[2 * i], z[2 * i + 1]));
         image[2 * i] = creal(w);
         image[2 * i + 1] = cimag(w);
     }
