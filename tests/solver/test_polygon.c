@@ -426,6 +426,42 @@ TEST(bad_calls)
     CHECK(r.gap <= 1e-15);
 }
 
+/* Too few iterations: the state says so, and lengths are what they were. */
+TEST(iterations_used_up)
+{
+    for (int d = 2; d <= 4; ++d)
+        for (int most = 0; most < 2; ++most) {
+            batch b = batch_make(test_context, 9, 30, d, LOXO_POLYGON_EDGES);
+            loxo_polygon_settings settings = loxo_polygon_settings_default();
+            loxo_polygon_info info;
+            settings.max_iterations = most;
+            settings.edges = true;
+            batch_fill(&b, 6, 1.0, false, 1.0, 0.0);
+            CHECK_STATUS(test_context, loxo_polygon_close(test_context, &b.p, &settings, b.out, b.report, b.w, &info),
+                         LOXO_NOT_CONVERGED);
+            CHECK_EQUAL(info.n_loose, 9);
+            for (int64_t i = 0; i < 9; ++i) {
+                CHECK(b.report[i].gap > 1e-3 * b.report[i].length);
+                for (int64_t j = 0; j < 30; ++j) {
+                    double length = 0.0;
+                    for (int k = 0; k < d; ++k)
+                        length = hypot(length, b.out[(i * 30 + j) * d + k]);
+                    CHECK_NEAR(length, (double)given_length(&b, i, j), 4e-15);
+                }
+            }
+            settings.edges = false;
+            CHECK_STATUS(test_context, loxo_polygon_close(test_context, &b.p, &settings, b.out, b.report, b.w, NULL),
+                         LOXO_NOT_CONVERGED);
+            for (int64_t i = 0; i < 9; ++i) {
+                double length = 0.0;
+                for (int k = 0; k < d; ++k)
+                    length = hypot(length, b.out[(i * 30 + 1) * d + k] - b.out[i * 30 * d + k]);
+                CHECK_NEAR(length, (double)given_length(&b, i, 0), 4e-15);
+            }
+            batch_free(test_context, &b);
+        }
+}
+
 static loxo_status close_without_reports(loxo_context *ctx, void *arg)
 {
     const batch *b = arg;

@@ -11,9 +11,10 @@
 #include <math.h>
 #include <string.h>
 
-#define SLAB_NUMBERS (1 << 21) /* of a batch that is worked on between two questions to the monitor */
-#define MOST_FETCHED 256       /* edges of a polygon: eight of them fit the first caches beside what is worked on */
-#define ATOM_NS      3.0       /* an edge, in all */
+#define SLAB_NUMBERS    (1 << 21) /* of a batch that is worked on between two questions to the monitor */
+#define MOST_LANE_STEPS 14        /* lanes take fewer, and do not count */
+#define MOST_FETCHED    256       /* edges of a polygon: eight of them fit the first caches beside what is worked on */
+#define ATOM_NS         3.0       /* an edge, in all */
 
 typedef struct closing {
     loxo_context *ctx;
@@ -214,8 +215,8 @@ loxo_status polygon_close_batch(loxo_context *ctx, const loxo_polygons *polygons
                  .log_factor = log_factor,
                  .report = report,
                  .kernels = k_variant_get(loxo_context_isa(ctx)),
-                 .has_lanes = polygon_fits_lanes(polygons),
-                 .is_large = polygon_is_large(polygons),
+                 .has_lanes = polygon_fits_lanes(polygons) && s.max_iterations >= MOST_LANE_STEPS,
+                 .is_large = polygon_is_large(polygons) && s.max_iterations >= MOST_LANE_STEPS,
                  .n_threads = loxo_threads_for(ctx, slab * polygons->n_edges, ATOM_NS),
                  .info = {.first_failed = -1}};
     if ((status = reserve(&c, slab)) >= 0) status = run(&c, slab);

@@ -9,6 +9,7 @@
 #include <string.h>
 
 #define OFF_SPHERE 1e-6
+#define MOST_FIXED 1e-13 /* of the length: a gap of rounding */
 
 /* Edge i as given. */
 static inline void load_edge(const double *x, int d, loxo_polygon_form form, int64_t i, double scale, double *e)
@@ -174,8 +175,9 @@ loxo_status polygon_close_alone(loxo_context *ctx, const loxo_polygons *polygons
     const bool fixes = result.kind != HYPER_NONE && !(settings->tolerance > 0.0) && !settings->edges;
     if (fixes) { /* what rounding that all edges share has left of the gap is spread over the vertices */
         write_polygon(polygons, room, start, 1.0, NULL, false, NULL, sum);
+        const bool is_rounding = length_of(d, sum) <= MOST_FIXED * r.length; /* else iterations ended before */
         for (int k = 0; k < d; ++k)
-            fix[k] = sum[k] / r.length;
+            fix[k] = is_rounding ? sum[k] / r.length : 0.0;
     }
     write_polygon(polygons, room, start, back, fixes ? fix : NULL, settings->edges, out, sum);
     report->gap = length_of(d, sum);
