@@ -19,6 +19,8 @@ loxo_status paper_tao2021_fig10(bench *b);
 loxo_status paper_tao2021_fig11(bench *b);
 loxo_status paper_tao2021_fig12(bench *b);
 loxo_status paper_tao2021_fig13(bench *b);
+loxo_status paper_cantarella2022_fig4(bench *b);
+loxo_status paper_cantarella2022_fig8(bench *b);
 
 /* Whether --case lets a model in. */
 bool paper_wants(const bench *b, const char *model);
