@@ -41,8 +41,10 @@ loxo_status cli_write_values(cli_run *run, int64_t n, int n_z, const double *z, 
     if (table == NULL) return LOXO_ERR_MEMORY;
     for (int64_t i = 0; i < n; ++i) {
         double *row = table + i * columns, *more = row + n_z + d;
-        memcpy(row, z + i * n_z, (size_t)n_z * sizeof *row);
-        memcpy(row + n_z, v->w + i * d, (size_t)d * sizeof *row);
+        for (int k = 0; k < n_z; ++k)
+            row[k] = z[i * n_z + k];
+        for (int k = 0; k < d; ++k)
+            row[n_z + k] = v->w[i * d + k];
         more[0] = v->co[i];
         more[1] = v->bound[i];
         more[2] = v->error[i];
@@ -65,8 +67,9 @@ loxo_status cli_read_places(cli_run *run, const char *path, int n_z, double **z,
     const int64_t columns = array.n_dimensions == 2 ? array.shape[1] : 0, rows = array.shape[0];
     *n = rows;
     if (columns != n_z && columns != n_z + 1) {
-        status = cli_fail_at(run, LOXO_ERR_UNSUPPORTED, path, 0, "points are rows of %d numbers, or %d with 1 - |z|^2",
-                             n_z, n_z + 1);
+        (void)cli_fail_at(run, LOXO_ERR_UNSUPPORTED, path, 0, "points are rows of %d numbers, or %d with 1 - |z|^2",
+                          n_z, n_z + 1);
+        status = LOXO_ERR_UNSUPPORTED;
         goto done;
     }
     *z = loxo_allocate(run->ctx, rows * n_z, sizeof **z);

@@ -6,7 +6,7 @@ import os
 import re
 import sys
 
-from harness import IS_SANITIZED, environment, files, loxo, main, octahedron, read, test
+from harness import IS_SANITIZED, environment, files, loxo, main, octahedron, read, test, write
 
 SHIM = os.path.abspath(sys.argv[3]) if len(sys.argv) > 3 else ""
 
@@ -67,6 +67,17 @@ def geodesic():
     loxo("convert", mesh, "--subdivide", "3", "-o", "o.ply").is_code(0)
     for more in ([], ["--method", "edge"]):
         fail_each(["geodesic", "o.ply", "-s", "0,3", "-o", "d.npy", *more], ["d.npy"], lambda r: read("d.npy"))
+
+
+@test
+def center_and_extend():
+    mesh = octahedron()
+    fail_each(["center", mesh, "--mesh", mesh, "-o", "x.ply"], ["x.ply"], lambda r: read("x.ply"))
+    write("curve.csv", b"1,0,0\n0,1,0\n0,0,1\n0,-0.6,0.8\n")
+    fail_each(["extend", "curve.csv", "--points", "20", "--by", "length", "-o", "x.ply", "-o", "x.csv"], ["x.ply", "x.csv"],
+              lambda r: (read("x.ply"), read("x.csv")))
+    write("at.csv", b"0,0,0\n0.1,0.2,0.3\n")
+    fail_each(["extend", mesh, "--map", mesh, "--at", "at.csv", "-o", "x.csv"], ["x.csv"], lambda r: read("x.csv"))
 
 
 main()

@@ -42,7 +42,7 @@ static loxo_status set_angles(loxo_context *ctx, const loxo_curve *given, extens
 {
     const int64_t n = c->n;
     for (int64_t i = 0; i < n; ++i)
-        c->angle[i] = c->is_even ? 2.0 * PI * (double)i / (double)n : given->angle[i];
+        c->angle[i] = given->angle == NULL ? 2.0 * PI * (double)i / (double)n : given->angle[i];
     c->angle[n] = c->angle[0] + 2.0 * PI;
     for (int64_t i = 0; i < n; ++i) {
         const double step = c->angle[i + 1] - c->angle[i];
