@@ -9,9 +9,10 @@
 
 #include <string.h>
 
-#define BLOCK      4096
-#define BUFFER     1024 /* numbers: atoms that cannot be read where they lie go through here, some at a time */
-#define OFF_SPHERE 1e-6
+#define BLOCK       4096
+#define BUFFER      1024 /* numbers: atoms that cannot be read where they lie go through here, some at a time */
+#define OFF_SPHERE  1e-6
+#define NEAR_SPHERE 1e-5 /* of |x|^2: the error of two steps is 1e-20 */
 /* Sums of weights outside are refused: their products and quotients would leave the range of doubles. */
 #define LEAST_WEIGHT 1e-290
 #define MOST_WEIGHT  1e290
@@ -20,20 +21,45 @@ static int64_t count_sums(int d) { return 1 + d + (int64_t)d * (d + 1) / 2; }
 
 static int64_t triangle(int d, int i, int j) { return (int64_t)i * d - (int64_t)i * (i - 1) / 2 + (j - i); }
 
-/* Atoms begin..end-1 as unit vectors of doubles. */
+/* Atoms begin..end-1 as unit vectors of doubles; of points that lie near the sphere, as nearly all do, two steps of Newton from 1 give the inverse
+ * root to rounding, and no root or division is taken. */
+static inline void copy_atoms_of(int d, const hyper_atoms *a, int64_t begin, int64_t end, double *x)
+{
+    double off = 0.0;
+    for (int64_t i = 0; i < (end - begin) * d; ++i)
+        x[i] = a->x != NULL ? a->x[begin * d + i] : (double)a->x_float[begin * d + i];
+    if (a->is_unit) return;
+    for (int64_t i = 0; i < end - begin; ++i) {
+        double square = 0.0;
+        for (int k = 0; k < d; ++k)
+            square += x[i * d + k] * x[i * d + k];
+        const double own = (square - 1.0) * (square - 1.0);
+        off = off > own ? off : own;
+    }
+    const bool is_near = off <= NEAR_SPHERE * NEAR_SPHERE;
+    for (int64_t i = 0; i < end - begin; ++i) {
+        double square = 0.0, f = 1.0;
+        for (int k = 0; k < d; ++k)
+            square += x[i * d + k] * x[i * d + k];
+        if (is_near) {
+            f = 1.5 - 0.5 * square;
+            f *= 1.5 - 0.5 * square * f * f;
+        } else {
+            f = 1.0 / sqrt(square);
+        }
+        for (int k = 0; k < d; ++k)
+            x[i * d + k] *= f;
+    }
+}
+
 static void copy_atoms(const hyper_atoms *a, int64_t begin, int64_t end, double *x)
 {
-    const int d = a->d;
-    for (int64_t i = begin; i < end; ++i, x += d) {
-        double square = 0.0;
-        for (int k = 0; k < d; ++k) {
-            x[k] = a->x != NULL ? a->x[i * d + k] : (double)a->x_float[i * d + k];
-            square += x[k] * x[k];
-        }
-        const double inverse = a->is_unit ? 1.0 : 1.0 / sqrt(square);
-        for (int k = 0; k < d; ++k)
-            x[k] *= inverse;
-    }
+    if (a->d == 3)
+        copy_atoms_of(3, a, begin, end, x);
+    else if (a->d == 2)
+        copy_atoms_of(2, a, begin, end, x);
+    else
+        copy_atoms_of(a->d, a, begin, end, x);
 }
 
 /* As the kernels, any d; one lane. */

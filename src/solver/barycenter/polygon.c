@@ -106,7 +106,7 @@ static void close_in_lanes(const closing *c, int64_t begin, int64_t end, loxo_po
         double *buffer = c->lane_buffer + loxo_thread_id() * c->lane_size;
         for (int64_t e = r.begin; e < r.end; ++e) {
             const int64_t first = begin + e * K_LANES;
-            fetch(c, first + K_LANES, first + 2 * K_LANES < end ? first + 2 * K_LANES : end);
+            fetch(c, first + K_LANES, first + (int64_t)2 * K_LANES < end ? first + (int64_t)2 * K_LANES : end);
             close_eight(c, first, end - first < K_LANES ? end - first : K_LANES, buffer, report + e * K_LANES);
         }
     }
