@@ -92,7 +92,7 @@ static loxo_status read_csv_rows(loxo_context *ctx, const uint8_t *bytes, size_t
         if (line++ == 0 && is_header(&text, start)) continue;
         if (*n_columns == 0) *n_columns = count_columns(&text, start);
         if (row == capacity) {
-            capacity = 2 * capacity + 64;
+            capacity = 2 * capacity + 1 + 1024 / *n_columns; /* memory grows with what was read, long rows or short */
             double *larger = loxo_reallocate(ctx, point, capacity, (size_t)*n_columns * sizeof *larger);
             if (larger == NULL) {
                 status = LOXO_ERR_MEMORY;
