@@ -56,6 +56,14 @@ static void bounds_add(bounds *b, const double *p, int n)
     }
 }
 
+/* A thread's bounds are empty where its vertices are not drawn. */
+static void bounds_join(bounds *b, const bounds *part, int n)
+{
+    if (part->min[0] > part->max[0]) return;
+    bounds_add(b, part->min, n);
+    bounds_add(b, part->max, n);
+}
+
 /* Centre and radius of the box of the marked vertices; takes the mark from those that are not finite. */
 static void measure_box(loxo_context *ctx, loxo_draw_scene *scene, int64_t *n_drawn, int64_t *n_nonfinite)
 {
@@ -81,10 +89,7 @@ static void measure_box(loxo_context *ctx, loxo_draw_scene *scene, int64_t *n_dr
             }
         }
 #pragma omp critical
-        {
-            bounds_add(&box, mine.min, 3);
-            bounds_add(&box, mine.max, 3);
-        }
+        bounds_join(&box, &mine, 3);
     }
     *n_drawn = drawn;
     *n_nonfinite = nonfinite;
@@ -164,10 +169,7 @@ loxo_status loxo_draw_project(loxo_context *ctx, loxo_draw_scene *scene, const l
             bounds_add(&mine, tangent, 2);
         }
 #pragma omp critical
-        {
-            bounds_add(&seen, mine.min, 2);
-            bounds_add(&seen, mine.max, 2);
-        }
+        bounds_join(&seen, &mine, 2);
     }
     const double width = seen.max[0] - seen.min[0], height = seen.max[1] - seen.min[1];
     double scale = 1.0;

@@ -481,6 +481,31 @@ TEST(threads_bands_and_floats_change_no_bit)
     shape_free(&sphere);
 }
 
+TEST(a_part_of_a_mesh_is_drawn_by_any_threads)
+{
+    const loxo_draw_settings s = small_settings(64, 64);
+    shape sphere = make_sphere(110); /* vertices enough for several threads, most of which have nothing to draw */
+    sphere.n_faces /= 20;
+    uint8_t *one = NULL;
+    const int ladder[3] = {1, 2, 7};
+    for (int i = 0; i < 3; ++i) {
+        loxo_context *ctx = test_context_with_threads(ladder[i]);
+        uint8_t *rgb = draw(ctx, &sphere, NULL, &s);
+        int64_t n_drawn = 0;
+        for (int64_t k = 0; k < 4096; ++k)
+            n_drawn += !is_background(&rgb[3 * k]);
+        CHECK(n_drawn > 50); /* it fills its picture along one axis */
+        CHECK(one == NULL || memcmp(one, rgb, (size_t)3 * 4096) == 0);
+        if (one == NULL)
+            one = rgb;
+        else
+            free(rgb);
+        loxo_context_destroy(ctx);
+    }
+    free(one);
+    shape_free(&sphere);
+}
+
 TEST(no_faces_give_an_empty_picture)
 {
     const loxo_draw_settings s = small_settings(32, 32);
