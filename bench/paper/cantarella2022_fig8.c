@@ -104,11 +104,11 @@ static loxo_status plot_steps(bench *b, int which, const curve *c, const double 
                 (loxo_plot_series){.name = band == 3 ? loxo_barycenter_method_name(methods[m]) : NULL,
                                    .style = band == 3 ? LOXO_PLOT_BOTH : LOXO_PLOT_LINE,
                                    .color = m + 1,
-                                   .n = N_DIGITS,
-                                   .x = digits,
-                                   .y = c[m].mean,
-                                   .low = band == 3 ? NULL : c[m].steps[band],
-                                   .high = band == 3 ? NULL : c[m].steps[N_PERCENTILES - 1 - band]};
+                                   .n = N_DIGITS - 1, /* at 1e-1 some take no step */
+                                   .x = digits + 1,
+                                   .y = c[m].mean + 1,
+                                   .low = band == 3 ? NULL : c[m].steps[band] + 1,
+                                   .high = band == 3 ? NULL : c[m].steps[N_PERCENTILES - 1 - band] + 1};
     snprintf(title, sizeof title, "Figure 8: steps, %s", cases[which].title);
     snprintf(suffix, sizeof suffix, "%s-steps", cases[which].name);
     p.title = title;

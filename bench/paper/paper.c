@@ -36,8 +36,12 @@ static const struct {
     {"tao2021-fig13", "conjugate gradients against sweeps and ADMM: accuracy over time", "armadillo bumpy",
      paper_tao2021_fig13},
 #endif
+    {"cantarella2022-fig2", "an open polygon, its directions, shifted, closed", NULL, paper_cantarella2022_fig2},
     {"cantarella2022-fig4", "how often the certificates hold for random points of the sphere", NULL,
      paper_cantarella2022_fig4},
+    {"cantarella2022-fig6", "extensions of a curve, Moebius maps before and behind", NULL, paper_cantarella2022_fig6},
+    {"cantarella2022-fig7", "extension by Abikoff and Ye's iteration, stopped at 1000 steps, beside ours", NULL,
+     paper_cantarella2022_fig7},
     {"cantarella2022-fig8", "steps and time of closing polygons against accuracy", NULL, paper_cantarella2022_fig8},
 };
 #define N_FIGURES ((int)(sizeof figures / sizeof figures[0]))
@@ -194,18 +198,23 @@ loxo_status paper_plot(bench *b, const char *suffix, const loxo_plot *plot)
     return status < 0 ? status : told_once(b, loxo_plot_png(b->ctx, plot, path));
 }
 
+loxo_status paper_draw(bench *b, const char *suffix, const loxo_mesh_arrays *mesh, const double *value,
+                       const loxo_draw_settings *settings)
+{
+    char path[BENCH_PATH], ending[128];
+    if (b->out == NULL) return LOXO_OK;
+    snprintf(ending, sizeof ending, "-%s.png", suffix);
+    const loxo_status status = out_path(b, ending, path);
+    return status < 0 ? status : told_once(b, loxo_draw_png(b->ctx, mesh, value, settings, path));
+}
+
 loxo_status paper_picture(const paper_subject *s, const char *suffix, const char *title)
 {
-    bench *b = s->b;
-    char path[BENCH_PATH], ending[128];
     loxo_draw_settings settings = loxo_draw_settings_default();
-    if (b->out == NULL) return LOXO_OK;
     settings.title = title;
     settings.n_isolines = 30;
     if (s->mesh.model != NULL && s->mesh.model->file != NULL) settings.up = LOXO_DRAW_UP_Y; /* as scans are */
-    snprintf(ending, sizeof ending, "-%s.png", suffix);
-    const loxo_status status = out_path(b, ending, path);
-    return status < 0 ? status : told_once(b, loxo_draw_png(b->ctx, &s->arrays, s->distance, &settings, path));
+    return paper_draw(s->b, suffix, &s->arrays, s->distance, &settings);
 }
 
 const char *paper_percent(double share, char *text, size_t n)

@@ -19,7 +19,10 @@ loxo_status paper_tao2021_fig10(bench *b);
 loxo_status paper_tao2021_fig11(bench *b);
 loxo_status paper_tao2021_fig12(bench *b);
 loxo_status paper_tao2021_fig13(bench *b);
+loxo_status paper_cantarella2022_fig2(bench *b);
 loxo_status paper_cantarella2022_fig4(bench *b);
+loxo_status paper_cantarella2022_fig6(bench *b);
+loxo_status paper_cantarella2022_fig7(bench *b);
 loxo_status paper_cantarella2022_fig8(bench *b);
 
 /* Whether --case lets a model in. */
@@ -28,6 +31,8 @@ bool paper_wants(const bench *b, const char *model);
 loxo_status paper_keep(bench *b);
 /* Writes FOLDER/FIGURE-suffix.png where --out was given and this build has PNG. */
 loxo_status paper_plot(bench *b, const char *suffix, const loxo_plot *plot);
+loxo_status paper_draw(bench *b, const char *suffix, const loxo_mesh_arrays *mesh, const double *value,
+                       const loxo_draw_settings *settings);
 /* "0.481 %"; "-" for NaN. */
 const char *paper_percent(double share, char *text, size_t n);
 /* A number with three digits; "-" for NaN. */
