@@ -66,16 +66,14 @@ static bool is_header(const loxo_text *text, const char *p)
     return (digit == end || !loxo_is_digit(*digit)) && loxo_scan_double(&p, end, &value) == LOXO_SCAN_BAD;
 }
 
-/* Numbers, or what stands for them, to the end of the line. */
+/* Numbers, or what stands for them, to the end of a line that has one. */
 static int64_t count_columns(const loxo_text *text, const char *p)
 {
-    int64_t n = 0;
-    for (; !is_row_end(text, p); ++n) {
+    for (int64_t n = 1;; ++n) {
         const char *end = number_end(text, p);
         p = skip_between(text, end);
-        if (p == end && end < text->end && !is_row_end(text, p)) return n + 1;
+        if (is_row_end(text, p) || (p == end && end < text->end)) return n;
     }
-    return n;
 }
 
 /* Rows of *n_columns numbers; of as many as the first one has where that comes in as 0. */
