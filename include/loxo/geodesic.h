@@ -76,7 +76,7 @@ typedef struct loxo_geodesic_settings {
     bool nearest;        /* keep the nearest source of each vertex, for loxo_geodesic_nearest: 4 bytes a vertex */
     double
         check_gradient_share; /* result of a heat method fails its check when |grad d| is off 1 by over 10 % on more of the area */
-    double check_breach; /* ... or when the 99th percentile of |d(a) - d(b)| / |ab| - 1 over the edges is more */
+    double check_breach;   /* ... or when the 99th percentile of |d(a) - d(b)| / |ab| - 1 over the edges is more */
     double check_estimate; /* ... or when `fast` estimates its mean relative error at more */
 } loxo_geodesic_settings;
 
