@@ -258,10 +258,14 @@ static inline const char *test_scratch(const char *name)
     char *path = paths[next++ % 4];
     if (test_scratch_folder[0] == 0) {
         const char *root = getenv("TMPDIR");
-        const int n = snprintf(test_scratch_folder, sizeof test_scratch_folder, "%s/loxo-test-%ld",
-                               root == NULL || root[0] == 0 ? "/tmp" : root, (long)getpid());
-        CHECK(n > 0 && (size_t)n < sizeof test_scratch_folder);
-        CHECK(mkdir(test_scratch_folder, 0700) == 0);
+        bool is_made = false; /* numbers of processes come again, and those that were killed left their folders */
+        for (int k = 0; k < 1000 && !is_made; ++k) {
+            const int n = snprintf(test_scratch_folder, sizeof test_scratch_folder, "%s/loxo-test-%ld-%d",
+                                   root == NULL || root[0] == 0 ? "/tmp" : root, (long)getpid(), k);
+            CHECK(n > 0 && (size_t)n < sizeof test_scratch_folder);
+            is_made = mkdir(test_scratch_folder, 0700) == 0;
+        }
+        CHECK(is_made);
     }
     CHECK(snprintf(path, 4096, "%s/%s", test_scratch_folder, name) < 4096);
     return path;
