@@ -24,8 +24,8 @@ typedef struct batch {
     char path[BENCH_PATH];                /* of x, for peers */
 } batch;
 
-/* Seconds of one thread are processor time: neighbours on the machine count less. */
-static double now_s(int n_threads) { return n_threads == 1 ? loxo_os_cpu_s() : loxo_os_clock_s(); }
+/* Seconds of one thread are its processor time: neighbours on the machine count less. */
+static double now_s(int n_threads) { return n_threads == 1 ? loxo_os_thread_cpu_s() : loxo_os_clock_s(); }
 
 /* wall: seconds by the clock, for ratios of threads. */
 static double close_all(const batch *a, int at, loxo_polygon_info *info, double *wall, loxo_status *status)

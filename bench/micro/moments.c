@@ -64,8 +64,8 @@ static double run_chains(loxo_isa isa, double c, double e)
 
 static int n_lanes(loxo_isa isa) { return isa == LOXO_ISA_AVX512 ? 8 : isa == LOXO_ISA_AVX2 ? 4 : 2; }
 
-/* Seconds of one thread are processor time: neighbours on the machine count less. */
-static double now_s(int n_threads) { return n_threads == 1 ? loxo_os_cpu_s() : loxo_os_clock_s(); }
+/* Seconds of one thread are its processor time: neighbours on the machine count less. */
+static double now_s(int n_threads) { return n_threads == 1 ? loxo_os_thread_cpu_s() : loxo_os_clock_s(); }
 
 /* GFLOP/s of all threads. sink: so that nothing is left out. */
 static double find_peak(loxo_isa isa, int n_threads, double *sink)

@@ -7,6 +7,7 @@
 
 double loxo_os_clock_s(void);      /* monotonic */
 double loxo_os_cpu_s(void);        /* user and system time of this process */
+double loxo_os_thread_cpu_s(void); /* processor time of the calling thread: others may spin */
 size_t loxo_os_peak_rss(void);     /* most resident bytes of this program so far */
 size_t loxo_os_memory(void);       /* bytes of the machine, 0 when unknown */
 size_t loxo_os_memory_limit(void); /* what the control group grants, or loxo_os_memory() */
