@@ -7,6 +7,7 @@
 #include "hyperbolic/hyperbolic.h"
 #include "kernel/ball_kernel.h"
 #include "par/range.h"
+#include "solver/barycenter/search_options.h"
 
 #include <loxo/center.h>
 
@@ -19,25 +20,17 @@ loxo_center_settings loxo_center_settings_default(void)
 
 #define FIELD(name) offsetof(loxo_center_settings, name)
 
-const loxo_option loxo_center_options[] = {{.name = "off-sphere",
-                                            .type = LOXO_OPTION_DOUBLE,
-                                            .offset = FIELD(off_sphere),
-                                            .min = 0.0,
-                                            .max = 0.5,
-                                            .help = "how far from the unit sphere a vertex may be; it is put onto it"},
-                                           {.name = "tolerance",
-                                            .type = LOXO_OPTION_DOUBLE,
-                                            .offset = FIELD(tolerance),
-                                            .min = 0.0,
-                                            .max = HUGE_VAL,
-                                            .help = "of the certified hyperbolic distance; 0: as far as doubles go"},
-                                           {.name = "max-iterations",
-                                            .type = LOXO_OPTION_INT64,
-                                            .offset = FIELD(max_iterations),
-                                            .min = 0.0,
-                                            .max = 1e9,
-                                            .help = "most steps"},
-                                           {.name = NULL}};
+const loxo_option loxo_center_options[] = {
+    {.name = "off-sphere",
+     .type = LOXO_OPTION_DOUBLE,
+     .offset = FIELD(off_sphere),
+     .min = 0.0,
+     .max = 0.5,
+     .help = "how far from the unit sphere a vertex may be; it is put onto it"},
+    SEARCH_TOLERANCE(loxo_center_settings, "hyperbolic distance"),
+    SEARCH_MAX_ITERATIONS(loxo_center_settings, "most steps"),
+    {.name = NULL},
+};
 
 /* Unit vectors; returns the first vertex of the range that is too far from the sphere, or -1. *off: the farthest. */
 static int64_t put_on_sphere(loxo_range r, const double *sphere, const float *sphere_float, double most, double *out,

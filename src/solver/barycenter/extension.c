@@ -7,6 +7,7 @@
 #include "kernel/ball_kernel.h"
 #include "par/range.h"
 #include "solver/barycenter/extension_internal.h"
+#include "solver/barycenter/search_options.h"
 
 #include <inttypes.h>
 #include <string.h>
@@ -50,12 +51,7 @@ const loxo_option loxo_extension_options[] = {
      .min = 16.0,
      .max = 0x1p20,
      .help = "of the quadrature"},
-    {.name = "tolerance",
-     .type = LOXO_OPTION_DOUBLE,
-     .offset = FIELD(tolerance),
-     .min = 0.0,
-     .max = HUGE_VAL,
-     .help = "of the certified hyperbolic distance from the nodes' barycenter; 0: as far as doubles go"},
+    SEARCH_TOLERANCE(loxo_extension_settings, "hyperbolic distance from the nodes' barycenter"),
     {.name = "max-iterations",
      .type = LOXO_OPTION_INT,
      .offset = FIELD(max_iterations),

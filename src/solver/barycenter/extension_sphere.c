@@ -7,6 +7,7 @@
 #include "base/os.h"
 #include "kernel/ball_kernel.h"
 #include "par/range.h"
+#include "solver/barycenter/search_options.h"
 
 #include <loxo/barycenter.h>
 #include <loxo/extension.h>
@@ -38,12 +39,7 @@ const loxo_option loxo_sphere_extension_options[] = {
      .min = 1e-3,
      .max = 4.0,
      .help = "longest side of a piece of a face over its distance from the point"},
-    {.name = "tolerance",
-     .type = LOXO_OPTION_DOUBLE,
-     .offset = FIELD(tolerance),
-     .min = 0.0,
-     .max = HUGE_VAL,
-     .help = "of the certified hyperbolic distance from the nodes' barycenter; 0: as far as doubles go"},
+    SEARCH_TOLERANCE(loxo_sphere_extension_settings, "hyperbolic distance from the nodes' barycenter"),
     {.name = "max-iterations",
      .type = LOXO_OPTION_INT,
      .offset = FIELD(max_iterations),

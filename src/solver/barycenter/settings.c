@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  * Settings of the barycenter: defaults in one function, everything else about them in one table; names. */
-#include "base/options.h"
+#include "solver/barycenter/search_options.h"
 
 #include <loxo/barycenter.h>
 #include <loxo/polygon.h>
@@ -28,18 +28,8 @@ const loxo_option loxo_barycenter_options[] = {
      .offset = FIELD(method),
      .choices = methods,
      .help = "how the barycenter is searched for"},
-    {.name = "tolerance",
-     .type = LOXO_OPTION_DOUBLE,
-     .offset = FIELD(tolerance),
-     .min = 0.0,
-     .max = HUGE_VAL,
-     .help = "of the certified hyperbolic distance; 0: as far as doubles go"},
-    {.name = "max-iterations",
-     .type = LOXO_OPTION_INT64,
-     .offset = FIELD(max_iterations),
-     .min = 0.0,
-     .max = 1e9,
-     .help = "most steps"},
+    SEARCH_TOLERANCE(loxo_barycenter_settings, "hyperbolic distance"),
+    SEARCH_MAX_ITERATIONS(loxo_barycenter_settings, "most steps"),
     {.name = "regularization",
      .type = LOXO_OPTION_DOUBLE,
      .offset = FIELD(regularization),
@@ -47,7 +37,8 @@ const loxo_option loxo_barycenter_options[] = {
      .min = 0.0,
      .max = 1e6,
      .help = "alpha of (29)"},
-    {.name = NULL}};
+    {.name = NULL},
+};
 
 const char *loxo_barycenter_method_name(loxo_barycenter_method method)
 {
@@ -74,20 +65,11 @@ loxo_polygon_settings loxo_polygon_settings_default(void)
 #define POLYGON_FIELD(name) offsetof(loxo_polygon_settings, name)
 
 const loxo_option loxo_polygon_options[] = {
-    {.name = "tolerance",
-     .type = LOXO_OPTION_DOUBLE,
-     .offset = POLYGON_FIELD(tolerance),
-     .min = 0.0,
-     .max = HUGE_VAL,
-     .help = "of the certified distance of the edges' barycenter from the centre; 0: as far as doubles go"},
-    {.name = "max-iterations",
-     .type = LOXO_OPTION_INT64,
-     .offset = POLYGON_FIELD(max_iterations),
-     .min = 0.0,
-     .max = 1e9,
-     .help = "most steps of one polygon"},
+    SEARCH_TOLERANCE(loxo_polygon_settings, "distance of the edges' barycenter from the centre"),
+    SEARCH_MAX_ITERATIONS(loxo_polygon_settings, "most steps of one polygon"),
     {.name = "edges", .type = LOXO_OPTION_BOOL, .offset = POLYGON_FIELD(edges), .help = "write edges, not vertices"},
-    {.name = NULL}};
+    {.name = NULL},
+};
 
 loxo_polygon_sample_settings loxo_polygon_sample_settings_default(void)
 {
@@ -111,20 +93,11 @@ const loxo_option loxo_polygon_sample_options[] = {
      .offset = SAMPLE_FIELD(measure),
      .choices = measures,
      .help = "what the weights lead to: random walks that close, or the volume of the set of closed polygons"},
-    {.name = "tolerance",
-     .type = LOXO_OPTION_DOUBLE,
-     .offset = SAMPLE_FIELD(tolerance),
-     .min = 0.0,
-     .max = HUGE_VAL,
-     .help = "of the certified distance of the edges' barycenter from the centre; 0: as far as doubles go"},
-    {.name = "max-iterations",
-     .type = LOXO_OPTION_INT64,
-     .offset = SAMPLE_FIELD(max_iterations),
-     .min = 0.0,
-     .max = 1e9,
-     .help = "most steps of one polygon"},
+    SEARCH_TOLERANCE(loxo_polygon_sample_settings, "distance of the edges' barycenter from the centre"),
+    SEARCH_MAX_ITERATIONS(loxo_polygon_sample_settings, "most steps of one polygon"),
     {.name = "edges", .type = LOXO_OPTION_BOOL, .offset = SAMPLE_FIELD(edges), .help = "write edges, not vertices"},
-    {.name = NULL}};
+    {.name = NULL},
+};
 
 const char *loxo_polygon_state_name(loxo_polygon_state state)
 {
