@@ -6,6 +6,7 @@
 #define LOXO_KERNEL_BALL_KERNEL_H
 
 #include <math.h>
+#include <stdbool.h>
 #include <stdint.h>
 
 static inline double k_ball_dot(int d, const double *a, const double *b)
@@ -83,6 +84,13 @@ static inline double k_ball_radius(double co)
 {
     const double r = sqrt(co < 1.0 ? 1.0 - co : 0.0);
     return co > 0.5 ? 2.0 * atanh(r) : 2.0 * log1p(r) - log(co);
+}
+
+/* Whether a given 1 - |z|^2 is that of the coordinates, `own`, but for what |z|^2 of doubles may tell differently. */
+#define K_BALL_SAME_CO 1e-6
+static inline bool k_ball_is_co(double own, double given)
+{
+    return given >= 0.0 && fabs(own - given) <= K_BALL_SAME_CO * given + 1e-14;
 }
 
 #endif

@@ -18,7 +18,6 @@
 #define LOOK        32768 /* points between two looks at the monitor, a thread */
 #define OUTSIDE     1e-12 /* |z| - 1 that is rounding */
 #define ON_CIRCLE   4e-16 /* 1 - |z| of coordinates that are rounded points of the circle */
-#define SAME_CO     1e-6  /* as in moebius.c */
 
 struct loxo_extension {
     loxo_context *ctx;
@@ -215,7 +214,7 @@ static int64_t find_outside(int64_t begin, int64_t end, const double *z, const d
     for (int64_t i = begin; i < end; ++i) {
         const double radius = hypot(z[2 * i], z[2 * i + 1]), own = fmax((1.0 - radius) * (1.0 + radius), 0.0);
         if (!(radius <= 1.0 + OUTSIDE)) return i;
-        if (co != NULL && !(co[i] >= 0.0 && fabs(own - co[i]) <= SAME_CO * co[i] + 1e-14)) return i;
+        if (co != NULL && !k_ball_is_co(own, co[i])) return i;
     }
     return -1;
 }

@@ -19,8 +19,7 @@
 #define OFF_SPHERE  1e-6
 #define OUTSIDE     1e-12
 #define ON_SPHERE   4e-16 /* as of the circle */
-#define SAME_CO     1e-6
-#define OFF_COVER   1e-9 /* of 4 pi */
+#define OFF_COVER   1e-9  /* of 4 pi */
 #define MOST_LEVELS 60
 #define IMAGE_SIDE  0.5 /* longest side of a piece's image */
 #define N_NODES     6
@@ -238,8 +237,7 @@ static loxo_status check_points(loxo_context *ctx, int64_t n, const double *z, c
     for (int64_t i = 0; i < n; ++i) {
         const double radius = sqrt(k_ball_dot(3, z + 3 * i, z + 3 * i)),
                      own = fmax((1.0 - radius) * (1.0 + radius), 0.0);
-        if (!(radius <= 1.0 + OUTSIDE) ||
-            (co != NULL && !(co[i] >= 0.0 && fabs(own - co[i]) <= SAME_CO * co[i] + 1e-14)))
+        if (!(radius <= 1.0 + OUTSIDE) || (co != NULL && !k_ball_is_co(own, co[i])))
             return loxo_fail_at(ctx, LOXO_ERR_ARGUMENT, (loxo_place){.byte = -1, .element = i},
                                 "extension: point %" PRId64 " is not in the unit ball", i);
     }

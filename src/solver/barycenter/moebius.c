@@ -9,8 +9,6 @@
 
 #include <string.h>
 
-#define SAME_CO 1e-6 /* relatively to co + eps: what |w|^2 of doubles may tell differently */
-
 static bool is_map(const loxo_moebius *map)
 {
     return map != NULL && map->d >= 2 && map->d <= LOXO_MOEBIUS_MOST_DIMENSIONS && map->n_shifts >= 0 &&
@@ -42,7 +40,7 @@ loxo_status loxo_moebius_append_shift(loxo_context *ctx, loxo_moebius *map, cons
 {
     if (!is_map(map) || w == NULL) return no_map(ctx);
     const double own = co_of(map->d, w);
-    if (!(co >= 0.0) || !(co > 0.0 ? fabs(own - co) <= SAME_CO * co + 1e-14 : own > 0.0))
+    if (!(co > 0.0 ? k_ball_is_co(own, co) : co >= 0.0 && own > 0.0))
         return loxo_fail(ctx, LOXO_ERR_ARGUMENT, "moebius: a point to be shifted is not inside the ball");
     if (map->n_shifts == LOXO_MOEBIUS_MOST_SHIFTS)
         return loxo_fail(ctx, LOXO_ERR_LIMIT, "moebius: more than %d shifts", LOXO_MOEBIUS_MOST_SHIFTS);
@@ -134,7 +132,7 @@ static int64_t find_outside(int d, int64_t n, const double *z, const double *co)
 {
     for (int64_t i = 0; i < n; ++i) {
         const double own = co_of(d, z + i * d);
-        if (!(co == NULL ? own > 0.0 : co[i] > 0.0 && fabs(own - co[i]) <= SAME_CO * co[i] + 1e-14)) return i;
+        if (!(co == NULL ? own > 0.0 : co[i] > 0.0 && k_ball_is_co(own, co[i]))) return i;
     }
     return n;
 }
