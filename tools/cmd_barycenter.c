@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT
  * loxo barycenter: the conformal barycenter of weighted points of the sphere. */
+#include "barycenter_report.h"
 #include "base/os.h"
 #include "commands.h"
 #include "run.h"
@@ -18,43 +19,11 @@ static void set_defaults(void *state)
     *(barycenter_state *)state = (barycenter_state){.barycenter = loxo_barycenter_settings_default()};
 }
 
-static void put_vector(json_t *object, const char *key, const double *x, int d)
-{
-    json_t *array = json_put_array(object, key);
-    for (int k = 0; k < d; ++k)
-        json_append(array, json_of_number(x[k]));
-}
-
 static void tell(cli_run *run, const loxo_barycenter_info *info, int d)
 {
-    json_t *o = json_put_object(run->report.json, "barycenter");
     char text[96] = "";
     int used = 0;
-    json_put_text(o, "class", loxo_barycenter_class_name(info->kind));
-    put_vector(o, "w", info->w, d);
-    put_vector(o, "direction", info->direction, d);
-    json_put_number(o, "gap", info->gap);
-    json_put_number(o, "radius", info->radius);
-    json_put_number(o, "bound", info->bound);
-    json_put_number(o, "frame_bound", info->frame_bound);
-    json_put_number(o, "kantorovich_bound", info->kantorovich_bound);
-    json_put_number(o, "wasserstein", info->wasserstein);
-    json_put_number(o, "kantorovich_wasserstein", info->kantorovich_wasserstein);
-    json_put_number(o, "lambda_min", info->lambda_min);
-    json_put_number(o, "q", info->q);
-    json_put_number(o, "residual", info->residual);
-    json_put_integer(o, "iterations", info->n_iterations);
-    json_put_text(o, "stop", loxo_barycenter_stop_name(info->stop_reason));
-    json_put_number(o, "total_s", info->total_s);
-    if (info->kind == LOXO_BARYCENTER_NOT_UNIQUE) {
-        json_t *ends = json_put_array(o, "ends");
-        for (int i = 0; i < 2; ++i) {
-            json_t *end = json_array();
-            for (int k = 0; k < d; ++k)
-                json_append(end, json_of_number(info->end[i][k]));
-            json_append(ends, end);
-        }
-    }
+    cli_put_barycenter(json_put_object(run->report.json, "barycenter"), info, d);
     for (int k = 0; k < d && k < 4; ++k)
         used += snprintf(text + used, sizeof text - (size_t)used, "%.6g ", info->w[k]);
     report_row(&run->report, "barycenter", "%s%s1 - |w| %.4g, %s", text, d > 4 ? "... " : "", info->gap,

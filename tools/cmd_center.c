@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT
  * loxo center: the Moebius centring of a spherical map. */
+#include "barycenter_report.h"
 #include "base/os.h"
 #include "commands.h"
 #include "estimate.h"
@@ -63,25 +64,11 @@ static loxo_status read_areas(cli_run *run, const char *path, const loxo_soup *m
     return status;
 }
 
-static void put_vector(json_t *object, const char *key, const double *x)
-{
-    json_t *array = json_put_array(object, key);
-    for (int k = 0; k < 3; ++k)
-        json_append(array, json_of_number(x[k]));
-}
-
 static void tell(cli_run *run, const loxo_center_info *info)
 {
     const loxo_barycenter_info *b = &info->barycenter;
     json_t *center = json_put_object(run->report.json, "center");
-    json_put_text(center, "class", loxo_barycenter_class_name(b->kind));
-    put_vector(center, "w", b->w);
-    json_put_number(center, "gap", b->gap);
-    json_put_number(center, "radius", b->radius);
-    json_put_number(center, "bound", b->bound);
-    json_put_number(center, "frame_bound", b->frame_bound);
-    json_put_integer(center, "iterations", b->n_iterations);
-    json_put_text(center, "stop", loxo_barycenter_stop_name(b->stop_reason));
+    cli_put_barycenter(center, b, 3);
     json_put_number(center, "off_sphere", info->off_sphere);
     json_put_number(center, "mean_before", info->mean_before);
     json_put_number(center, "mean_after", info->mean_after);

@@ -19,7 +19,7 @@
 #define SEARCH_MAX_ITERATIONS(of, text)                                                                                \
     {                                                                                                                  \
         .name = "max-iterations", .type = LOXO_OPTION_INT64, .offset = offsetof(of, max_iterations), .min = 0.0,       \
-        .max = 1e9, .help = text                                                                                       \
+        .max = 1e9, .help = (text)                                                                                     \
     }
 
 #endif
