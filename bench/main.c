@@ -289,6 +289,16 @@ static loxo_status run(bench *b, int argc, char **argv)
     return bench_fail(b, LOXO_ERR_ARGUMENT, "no such command: %s", argv[0]);
 }
 
+/* Anywhere but where an option's value stands. */
+static bool asks_for_help(int argc, char **argv)
+{
+    for (int i = 1; i < argc; ++i) {
+        if (strcmp(argv[i], "--help") == 0 || strcmp(argv[i], "-h") == 0) return true;
+        if (strncmp(argv[i], "--", 2) == 0 && strcmp(argv[i], "--list") != 0) ++i;
+    }
+    return false;
+}
+
 int main(int argc, char **argv)
 {
     static bench b; /* large */
@@ -298,7 +308,7 @@ int main(int argc, char **argv)
                                   .share = 1.0,
                                   .search_seconds = 30.0,
                                   .solve_seconds = 120.0};
-    if (argc < 2 || strcmp(argv[1], "--help") == 0 || strcmp(argv[1], "-h") == 0) {
+    if (argc < 2 || asks_for_help(argc, argv)) {
         print_help(&b.settings);
         return argc < 2 ? loxo_status_exit_code(LOXO_ERR_ARGUMENT) : 0;
     }

@@ -3,6 +3,7 @@
 #include "barycenter_report.h"
 #include "base/os.h"
 #include "commands.h"
+#include "estimate.h"
 #include "run.h"
 
 #include <math.h>
@@ -60,6 +61,45 @@ static loxo_status write_centred(cli_run *run, const char *path, const loxo_bary
     return status;
 }
 
+static loxo_status check_shape(cli_run *run, const loxo_array *atoms)
+{
+    if (atoms->n_dimensions == 2 && atoms->shape[1] >= 2 && atoms->shape[1] <= LOXO_BARYCENTER_MOST_DIMENSIONS)
+        return LOXO_OK;
+    return cli_fail_at(run, LOXO_ERR_UNSUPPORTED, run->input, 0, "not rows of 2 to %d coordinates",
+                       LOXO_BARYCENTER_MOST_DIMENSIONS);
+}
+
+/* Points, weights, and the points once more where the search has to shift them. */
+static loxo_status estimate(cli_run *run)
+{
+    loxo_array atoms;
+    size_t read_bytes = 0;
+    loxo_status status = cli_count_array(run, run->args.operand[0], &atoms, &read_bytes);
+    if (status >= 0) status = check_shape(run, &atoms);
+    if (status < 0) return status;
+    const size_t n = (size_t)atoms.shape[0], d = (size_t)atoms.shape[1];
+    const size_t points = n * d * sizeof(double);
+    const size_t weights = cli_args_has(&run->args, "weights") ? n * sizeof(double) : 0;
+    const size_t sums = (n / 4096 + 1) * (1 + d + d * (d + 1) / 2) * sizeof(double);
+    const size_t work = 2 * points + weights + sums + CLI_ESTIMATE_FIXED;
+    cli_estimate_part(run, "read_bytes", read_bytes);
+    cli_estimate_part(run, "points_bytes", points + weights);
+    cli_estimate_part(run, "work_bytes", points + sums + CLI_ESTIMATE_FIXED);
+    cli_estimate(run, work > read_bytes ? work : read_bytes, NAN);
+    return LOXO_OK;
+}
+
+/* Of two files the one that holds what was refused. */
+static loxo_status blame(cli_run *run, loxo_status status, const char *points, const double *weight)
+{
+    const char *weights = cli_args_value(&run->args, "weights", 0);
+    const loxo_failure *failure = loxo_context_failure(run->ctx);
+    const int64_t i = failure->element;
+    if (status == LOXO_ERR_ARGUMENT && weight != NULL && i < 0) /* all of them together */
+        return cli_fail_at(run, LOXO_ERR_MALFORMED, weights, 0, "%s", failure->text);
+    return cli_blame(run, status, weight != NULL && !(weight[i] >= 0.0 && weight[i] < HUGE_VAL) ? weights : points);
+}
+
 static loxo_status barycenter_main(cli_run *run, void *state)
 {
     const barycenter_state *s = state;
@@ -68,18 +108,13 @@ static loxo_status barycenter_main(cli_run *run, void *state)
     double *weight = NULL;
     loxo_barycenter_info *info = NULL;
     loxo_status status;
-    if (s->common.estimate)
-        return cli_fail(run, LOXO_ERR_UNSUPPORTED, "barycenter: no --estimate; it holds what it reads");
+    if (s->common.estimate) return estimate(run);
     if (path != NULL && (status = cli_output(run, path)) < 0) return status;
     run->input = input;
     json_put_text(run->report.json, "input", input);
     const double start_s = loxo_os_clock_s();
     if ((status = loxo_read_array(run->ctx, input, &atoms)) < 0) return status;
-    if (atoms.n_dimensions != 2 || atoms.shape[1] > LOXO_BARYCENTER_MOST_DIMENSIONS) {
-        status = cli_fail_at(run, LOXO_ERR_UNSUPPORTED, input, 0, "not rows of 2 to %d coordinates",
-                             LOXO_BARYCENTER_MOST_DIMENSIONS);
-        goto done;
-    }
+    if ((status = check_shape(run, &atoms)) < 0) goto done;
     if ((status = read_weights(run, atoms.shape[0], &weight)) < 0) goto done;
     (void)cli_seconds(run, "read", start_s);
     status = LOXO_ERR_MEMORY;
@@ -87,7 +122,10 @@ static loxo_status barycenter_main(cli_run *run, void *state)
     const int d = (int)atoms.shape[1];
     const loxo_atoms view = {.n = atoms.shape[0], .d = d, .x = atoms.value, .weight = weight};
     const double solve_s = loxo_os_clock_s();
-    if ((status = loxo_barycenter(run->ctx, &view, &s->barycenter, info)) < 0) goto done;
+    if ((status = loxo_barycenter(run->ctx, &view, &s->barycenter, info)) < 0) {
+        status = blame(run, status, input, weight);
+        goto done;
+    }
     (void)cli_seconds(run, "solve", solve_s);
     json_put_integer(run->report.json, "n", view.n);
     json_put_integer(run->report.json, "d", d);

@@ -221,9 +221,12 @@ static loxo_status solve(cli_run *run, const loxo_extension_settings *settings, 
 {
     loxo_extension *extension = NULL;
     loxo_extension_info info;
+    const char *at = cli_args_value(&run->args, "at", 0);
     loxo_status status = cli_values_create(run, j->n, j->curve.d, &j->values);
-    if (status >= 0) status = loxo_extension_create(run->ctx, &j->curve, settings, &extension);
+    if (status >= 0)
+        status = cli_blame(run, loxo_extension_create(run->ctx, &j->curve, settings, &extension), run->input);
     if (status >= 0) status = loxo_extension_evaluate(extension, j->n, j->z, j->co, &j->values, &info);
+    if (at != NULL) status = cli_blame(run, status, at);
     loxo_extension_destroy(extension);
     if (status < 0) return status;
     tell(run, &info);
@@ -340,8 +343,7 @@ static loxo_status extend_main(cli_run *run, void *state)
         const loxo_sphere_extension_settings ball = {.piece = s->extend.piece,
                                                      .tolerance = s->extension.tolerance,
                                                      .max_iterations = s->extension.max_iterations};
-        return s->common.estimate ? cli_fail(run, LOXO_ERR_UNSUPPORTED, "extend: no estimates of maps of the sphere")
-                                  : cli_extend_ball(run, &ball);
+        return cli_extend_ball(run, &ball);
     }
     if (status >= 0) status = read_curve(run, &s->extend, &j);
     if (status < 0) goto done;

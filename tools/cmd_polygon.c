@@ -2,11 +2,13 @@
  * loxo polygon: closing polygons without changing their edges' lengths, and random closed ones. */
 #include "base/os.h"
 #include "commands.h"
+#include "estimate.h"
 #include "run.h"
 
 #include <math.h>
 #include <string.h>
 
+#define MOST_REPORTS   (1 << 21) /* numbers between two questions to the monitor: so many polygons' reports are held */
 #define PICTURE_SIZE   900
 #define PICTURE_LEGEND 53 /* more height than width, so that a unit is as long both ways */
 
@@ -90,14 +92,10 @@ static loxo_status check_outputs(cli_run *run)
 }
 
 /* Shapes (n, d) and (batch, n, d) to polygons. */
-static loxo_status read_given(cli_run *run, work *k)
+static loxo_status take_shape(cli_run *run, work *k)
 {
     const char *path = run->args.operand[1];
     const bool is_edges = cli_args_has(&run->args, "given-edges");
-    run->input = path;
-    json_put_text(run->report.json, "input", path);
-    const loxo_status status = loxo_read_array(run->ctx, path, &k->given);
-    if (status < 0) return status;
     const loxo_array *a = &k->given;
     const int64_t rows = a->n_dimensions == 3 ? a->shape[1] : a->shape[0];
     const int64_t d = a->n_dimensions == 3 ? a->shape[2] : a->shape[1];
@@ -110,6 +108,22 @@ static loxo_status read_given(cli_run *run, work *k)
                                   .d = (int)d,
                                   .form = is_edges ? LOXO_POLYGON_EDGES : LOXO_POLYGON_VERTICES,
                                   .x = a->value};
+    return LOXO_OK;
+}
+
+static loxo_status read_given(cli_run *run, work *k)
+{
+    const char *path = run->args.operand[1];
+    run->input = path;
+    json_put_text(run->report.json, "input", path);
+    loxo_status status = loxo_read_array(run->ctx, path, &k->given);
+    if (status >= 0) status = take_shape(run, k);
+    if (status < 0) return status;
+    const loxo_array *a = &k->given;
+    const int64_t d = k->polygons.d, n_rows = a->n_dimensions == 3 ? a->shape[0] * a->shape[1] : a->shape[0];
+    for (int64_t i = 0; i < n_rows * d; ++i)
+        if (!isfinite(a->value[i]))
+            return cli_fail_at(run, LOXO_ERR_MALFORMED, path, 0, "row %lld is not finite", (long long)(i / d));
     return LOXO_OK;
 }
 
@@ -252,6 +266,14 @@ static loxo_status write_files(cli_run *run, const polygon_state *s, const work 
     return status;
 }
 
+/* What sampling refuses of lengths, one of them or all together, is in their file. */
+static loxo_status blame_lengths(cli_run *run, loxo_status status)
+{
+    const loxo_failure *failure = loxo_context_failure(run->ctx);
+    if (status != LOXO_ERR_ARGUMENT) return status;
+    return cli_fail_at(run, LOXO_ERR_MALFORMED, run->input, 0, "%s", failure->text);
+}
+
 static loxo_status solve(cli_run *run, const polygon_state *s, work *k)
 {
     const loxo_polygons *p = &k->polygons;
@@ -270,6 +292,7 @@ static loxo_status solve(cli_run *run, const polygon_state *s, work *k)
     } else {
         status = loxo_polygon_sample(run->ctx, &s->polygon, k->first, p->n_polygons, p->n_edges, p->d, k->length,
                                      k->out, k->log_weight, &k->info);
+        if (k->length != NULL) status = blame_lengths(run, status);
     }
     if (status < 0) return status;
     if (status == LOXO_STOPPED) return LOXO_ERR_STOPPED; /* polygons that nobody looked at are in the output */
@@ -279,14 +302,49 @@ static loxo_status solve(cli_run *run, const polygon_state *s, work *k)
     return cli_combine(run, status);
 }
 
+/* What is given, what comes out, and what the cost of loxo/polygon.h says of the work. */
+static loxo_status estimate(cli_run *run, work *k)
+{
+    size_t read_bytes = 0, given_bytes = 0, out_bytes = 0, n_numbers = 0;
+    loxo_status status;
+    if (is_close(run)) {
+        status = cli_count_array(run, run->args.operand[1], &k->given, &read_bytes);
+        if (status >= 0) status = take_shape(run, k);
+    } else {
+        status = read_wanted(run, k);
+    }
+    if (status < 0) return status;
+    const loxo_polygons *p = &k->polygons;
+    const size_t n = (size_t)p->n_polygons, edges = (size_t)p->n_edges, d = (size_t)p->d;
+    if (__builtin_mul_overflow(n, edges * d, &n_numbers) || n_numbers > SIZE_MAX / 64)
+        return cli_fail(run, LOXO_ERR_LIMIT, "polygon: too many edges");
+    const size_t slab = (size_t)MOST_REPORTS / (edges * d) + 8;
+    const size_t room = CLI_ESTIMATE_FIXED + (p->d <= 3 && p->n_edges <= 2048
+                                                  ? edges * 256 * (size_t)run->common->n_threads + edges * 32
+                                                  : edges * (d + 1) * 16);
+    const size_t reports = (slab < n ? slab : n) * sizeof(loxo_polygon_report);
+    const size_t drawn = is_close(run) ? 0 : ((size_t)MOST_REPORTS / 8 + 8 * edges * d) * sizeof(double);
+    given_bytes = is_close(run) ? (n_numbers + (p->form == LOXO_POLYGON_VERTICES ? n * d : 0)) * sizeof(double) : 0;
+    out_bytes = (n_numbers + n) * sizeof(double);
+    const size_t peak = given_bytes + out_bytes + room + reports + drawn;
+    if (is_close(run)) cli_estimate_part(run, "read_bytes", read_bytes);
+    cli_estimate_part(run, "given_bytes", given_bytes);
+    cli_estimate_part(run, "result_bytes", out_bytes);
+    cli_estimate_part(run, "work_bytes", room + reports + drawn);
+    cli_estimate(run, peak > read_bytes ? peak : read_bytes, NAN);
+    return LOXO_OK;
+}
+
 static loxo_status polygon_main(cli_run *run, void *state)
 {
     const polygon_state *s = state;
     work k = {0};
     loxo_status status = check_words(run);
-    if (status >= 0 && s->common.estimate)
-        status =
-            cli_fail(run, LOXO_ERR_UNSUPPORTED, "polygon: no --estimate; it holds what it reads and what it writes");
+    if (status >= 0 && s->common.estimate) {
+        status = estimate(run, &k);
+        work_destroy(run, &k);
+        return status;
+    }
     if (status >= 0) status = check_outputs(run);
     if (status >= 0) status = is_close(run) ? read_given(run, &k) : read_wanted(run, &k);
     if (status >= 0) status = solve(run, s, &k);

@@ -3,6 +3,7 @@
 
 #include "estimate.h"
 
+#include <stdio.h>
 #include <string.h>
 #include <sys/stat.h>
 
@@ -38,6 +39,21 @@ loxo_status cli_count_mesh(cli_run *run, const char *path, loxo_mesh_counts *cou
     report_row(&run->report, "input", "%s  %s%s vertices, %s faces%s", text_path(path),
                counts->format == LOXO_FORMAT_STL ? "about " : "", text_count(counts->n_vertices),
                text_count(counts->n_faces), counts->is_float ? ", float" : "");
+    return cli_combine(run, status);
+}
+
+loxo_status cli_count_array(cli_run *run, const char *path, loxo_array *array, size_t *read_bytes)
+{
+    char shape[96] = "";
+    int used = 0;
+    run->input = path;
+    json_put_text(run->report.json, "input", path);
+    const loxo_status status = loxo_read_array_shape(run->ctx, path, array, read_bytes);
+    if (status < 0) return status;
+    for (int k = 0; k < array->n_dimensions; ++k)
+        used += snprintf(shape + used, sizeof shape - (size_t)used, "%s%s", k > 0 ? " x " : "",
+                         text_count(array->shape[k]));
+    report_row(&run->report, "input", "%s  %s numbers", text_path(path), shape);
     return cli_combine(run, status);
 }
 

@@ -8,6 +8,10 @@
 
 /* Counts the mesh of a file and reports them; run->input is set. */
 loxo_status cli_count_mesh(cli_run *run, const char *path, loxo_mesh_counts *counts);
+#define CLI_ESTIMATE_FIXED ((size_t)1 << 18) /* bytes of a run that do not grow with its input */
+
+/* The shape of an array's file, and bytes that reading it takes; run->input is set. "-" is used up. */
+loxo_status cli_count_array(cli_run *run, const char *path, loxo_array *array, size_t *read_bytes);
 /* Bytes of its arrays once it is read. */
 size_t cli_counts_bytes(const loxo_mesh_counts *counts);
 /* A part of an estimate, and then the most of it at any time against the limit, with a warning where that is less; seconds NaN where

@@ -2,9 +2,13 @@
 #include "extend_ball.h"
 
 #include "base/os.h"
+#include "estimate.h"
 
 #include <math.h>
 #include <string.h>
+
+#define PIECES_AROUND 40.0  /* pieces of length 1 of the sphere around a point */
+#define LEAST_GAP     1e-16 /* 1 - |z| */
 
 bool cli_is_table(const char *path)
 {
@@ -127,7 +131,8 @@ static loxo_status solve(cli_run *run, const loxo_sphere_extension_settings *set
     int64_t n = 0;
     loxo_status status = cli_read_places(run, at, 3, &z, &co, &n);
     if (status >= 0) status = cli_values_create(run, n, 3, &values);
-    if (status >= 0) status = loxo_sphere_extension(run->ctx, map, settings, n, z, co, &values, &info);
+    if (status >= 0)
+        status = cli_blame(run, loxo_sphere_extension(run->ctx, map, settings, n, z, co, &values, &info), at);
     if (status >= 0) {
         tell(run, &info);
         (void)cli_combine(run, status);
@@ -140,12 +145,55 @@ static loxo_status solve(cli_run *run, const loxo_sphere_extension_settings *set
     return status;
 }
 
+/* Pieces of the faces for one point: at least one a face, and as many for each halving of the distance to the sphere as around the centre. */
+static double count_pieces(const loxo_sphere_extension_settings *settings, int64_t n_faces, double gap)
+{
+    const double around = PIECES_AROUND / (settings->piece * settings->piece);
+    return (double)n_faces + around * (1.0 + log2(1.0 / fmax(gap, LEAST_GAP)));
+}
+
+/* Both meshes, the points and their values, and the nodes of the point that has most of them. */
+static loxo_status estimate(cli_run *run, const loxo_sphere_extension_settings *settings, const char *image,
+                            const char *at)
+{
+    loxo_mesh_counts from, to;
+    double *z = NULL, *co = NULL, gap = 1.0;
+    int64_t n = 0;
+    loxo_status status = cli_count_mesh(run, image, &to);
+    if (status >= 0) status = cli_count_mesh(run, run->args.operand[0], &from);
+    if (status >= 0) status = cli_read_places(run, at, 3, &z, &co, &n);
+    for (int64_t i = 0; i < n && status >= 0; ++i) {
+        const double radius = sqrt(z[3 * i] * z[3 * i] + z[3 * i + 1] * z[3 * i + 1] + z[3 * i + 2] * z[3 * i + 2]);
+        const double own = co != NULL ? 0.5 * co[i] : 1.0 - radius;
+        if (own > 0.0) gap = fmin(gap, own); /* on the sphere there are no nodes */
+    }
+    loxo_release(run->ctx, z);
+    loxo_release(run->ctx, co);
+    if (status < 0) return status;
+    const size_t arrays = cli_counts_bytes(&from) + cli_counts_bytes(&to);
+    const size_t meshes =
+        arrays + (size_t)from.n_vertices * 6 * sizeof(double) + (size_t)from.n_faces * sizeof(int64_t);
+    const size_t points = (size_t)n * (3 + 1 + 3 + 3) * sizeof(double) + (size_t)n;
+    const size_t nodes =
+        (size_t)(1.25 * count_pieces(settings, from.n_faces, gap)) * 6 * 4 * sizeof(double) + CLI_ESTIMATE_FIXED;
+    const size_t read_bytes = from.read_bytes > to.read_bytes + cli_counts_bytes(&from)
+                                  ? from.read_bytes
+                                  : to.read_bytes + cli_counts_bytes(&from);
+    cli_estimate_part(run, "read_bytes", read_bytes);
+    cli_estimate_part(run, "meshes_bytes", meshes);
+    cli_estimate_part(run, "points_bytes", points);
+    cli_estimate_part(run, "nodes_bytes", nodes);
+    cli_estimate(run, meshes + points + nodes > read_bytes ? meshes + points + nodes : read_bytes, NAN);
+    return LOXO_OK;
+}
+
 loxo_status cli_extend_ball(cli_run *run, const loxo_sphere_extension_settings *settings)
 {
     const char *image = cli_args_value(&run->args, "map", 0), *at = cli_args_value(&run->args, "at", 0);
     loxo_soup from = {0}, to = {0};
     double *x = NULL, *y = NULL;
     if (at == NULL) return cli_fail(run, LOXO_ERR_ARGUMENT, "extend: give points of the ball, --at FILE");
+    if (run->common->estimate) return estimate(run, settings, image, at);
     loxo_status status = cli_read_mesh(run, run->args.operand[0], &from);
     json_put_text(run->report.json, "map", image);
     if (status >= 0) status = loxo_read_mesh(run->ctx, image, NULL, &to);

@@ -120,6 +120,14 @@ loxo_status cli_fail_at(cli_run *run, loxo_status status, const char *file, int6
     return status;
 }
 
+loxo_status cli_blame(cli_run *run, loxo_status status, const char *file)
+{
+    const loxo_failure *failure = loxo_context_failure(run->ctx);
+    if (status != LOXO_ERR_ARGUMENT || failure->element < 0) return status;
+    const char *text = strstr(failure->text, ": "); /* behind the name of the call */
+    return cli_fail_at(run, LOXO_ERR_MALFORMED, file, 0, "%s", text != NULL ? text + 2 : failure->text);
+}
+
 loxo_status cli_combine(cli_run *run, loxo_status status)
 {
     if (status <= 0) return status;

@@ -38,6 +38,8 @@ loxo_status cli_fail(cli_run *run, loxo_status status, const char *format, ...) 
 /* The same at a line of a file. */
 loxo_status cli_fail_at(cli_run *run, loxo_status status, const char *file, int64_t line, const char *format, ...)
     __attribute__((format(printf, 5, 6)));
+/* After a call that refused something: where it names an element, this file holds it and is malformed. Returns the status. */
+loxo_status cli_blame(cli_run *run, loxo_status status, const char *file);
 /* Something odd but harmless that the command itself found. */
 void cli_warn(cli_run *run, int64_t count, const char *format, ...) __attribute__((format(printf, 3, 4)));
 /* The same for every option or flag of this name, or of a group of this title, that was given and changes nothing. why: "without

@@ -39,9 +39,9 @@ typedef enum loxo_extension_rule {
 
 typedef struct loxo_extension_settings {
     loxo_extension_rule rule;
-    int64_t n_nodes;    /* of the quadrature, 16 to 2^20; rounded up to a multiple of 16 */
-    double tolerance;   /* of the certified hyperbolic distance from the nodes' barycenter; 0: as far as doubles go */
-    int max_iterations; /* passes over all nodes for a point */
+    int64_t n_nodes;  /* of the quadrature, 16 to 2^20; rounded up to a multiple of 16 */
+    double tolerance; /* of the certified hyperbolic distance from the nodes' barycenter; 0: as far as doubles go */
+    int64_t max_iterations; /* passes over all nodes for a point */
 } loxo_extension_settings;
 
 LOXO_API loxo_extension_settings loxo_extension_settings_default(void); /* auto, 720, 1e-8, 50 */
@@ -118,9 +118,9 @@ typedef struct loxo_sphere_map {
 } loxo_sphere_map;
 
 typedef struct loxo_sphere_extension_settings {
-    double piece;       /* longest side of a piece of a face over its distance from z */
-    double tolerance;   /* as of the disk */
-    int max_iterations; /* of the search, a point */
+    double piece;           /* longest side of a piece of a face over its distance from z */
+    double tolerance;       /* as of the disk */
+    int64_t max_iterations; /* of the search, a point */
 } loxo_sphere_extension_settings;
 
 LOXO_API loxo_sphere_extension_settings loxo_sphere_extension_settings_default(void); /* 0.5, 1e-8, 50 */
@@ -142,9 +142,9 @@ typedef struct loxo_sphere_extension_info {
  *   values     kind LOXO_EXTENSION_CURVE: on the sphere, the map's value; error: NaN, none is made; a kind's and what stands in w is as of the disk
  *   info       out, may be NULL
  * returns      LOXO_OK; LOXO_NOT_CONVERGED: some are LOXO_EXTENSION_OPEN; LOXO_STOPPED: values from some point on are NaN;
- *              LOXO_ERR_ARGUMENT: with the number as element: a vertex off its sphere, a point outside, not finite or not of its
- *              co; LOXO_ERR_MALFORMED: a vertex number out of range (element: the face); LOXO_ERR_MESH: faces that do not cover the
- *              sphere once; LOXO_ERR_MEMORY
+ *              LOXO_ERR_ARGUMENT: with the number as element: a point outside, not finite or not of its co; LOXO_ERR_MALFORMED: a
+ *              vertex number out of range (element: the face); LOXO_ERR_MESH: a vertex off its sphere (element), or faces that do not
+ *              cover the sphere once; LOXO_ERR_MEMORY
  * cost         six nodes a piece, at least a piece a face: some 20 ns a node for each point; 8 (d + 1) bytes a node. |x - z| loses eps / (1 - |z|).
  *              Same bits for any number of threads */
 LOXO_API loxo_status loxo_sphere_extension(loxo_context *ctx, const loxo_sphere_map *map,

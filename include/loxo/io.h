@@ -99,6 +99,12 @@ typedef struct loxo_array {
 LOXO_API loxo_status loxo_read_array(loxo_context *ctx, const char *path, loxo_array *array);
 LOXO_API void loxo_array_destroy(loxo_context *ctx, loxo_array *array);
 
+/* The shape of one, and what reading it takes: of .npy the head of the file tells; text, and what is packed, is read and let go again.
+ *   array      out, without values
+ *   peak_bytes out: most bytes at a time of loxo_read_array
+ * returns      as loxo_read_array, as far as the head shows it */
+LOXO_API loxo_status loxo_read_array_shape(loxo_context *ctx, const char *path, loxo_array *array, size_t *peak_bytes);
+
 typedef struct loxo_write_settings {
     loxo_format format;
     const char *comment; /* one line put into formats that carry comments; may be NULL */

@@ -26,6 +26,7 @@ typedef struct search {
     hyper_atoms atoms;                   /* as they are carried */
     double *carried;                     /* [n][d]; NULL: where the caller has them */
     double w[HYPER_MOST_DIMENSIONS], co; /* the present point, seen from where the atoms were carried to */
+    const hyper_moments *first;          /* of the first look, where it has been taken */
     hyper_moments moments;
     double a[HYPER_MOST_DIMENSIONS * HYPER_MOST_DIMENSIONS], vector[HYPER_MOST_DIMENSIONS * HYPER_MOST_DIMENSIONS];
     double value[HYPER_MOST_DIMENSIONS];
@@ -45,8 +46,14 @@ static double norm(int d, const double *a) { return sqrt(k_ball_dot(d, a, a)); }
 static loxo_status look(search *s)
 {
     const int d = s->atoms.d;
-    const loxo_status status = hyper_find_moments(s->ctx, &s->atoms, s->w, s->co, &s->moments);
-    if (status < 0) return status;
+    if (s->first != NULL) {
+        memcpy(s->moments.mean, s->first->mean, (size_t)d * sizeof(double));
+        memcpy(s->moments.second, s->first->second, (size_t)d * (size_t)(d + 1) / 2 * sizeof(double));
+        s->first = NULL;
+    } else {
+        const loxo_status status = hyper_find_moments(s->ctx, &s->atoms, s->w, s->co, &s->moments);
+        if (status < 0) return status;
+    }
     const double *row = s->moments.second;
     for (int i = 0; i < d; ++i)
         for (int j = i; j < d; ++j) {
@@ -313,13 +320,14 @@ static loxo_status run(search *s)
     return out->stop == HYPER_STOP_ROUNDING && s->settings->tolerance > 0.0 ? LOXO_NOT_CONVERGED : LOXO_OK;
 }
 
-loxo_status hyper_barycenter(loxo_context *ctx, const hyper_atoms *atoms, const hyper_settings *settings,
-                             hyper_result *out)
+loxo_status hyper_barycenter(loxo_context *ctx, const hyper_atoms *atoms, const hyper_moments *first,
+                             const hyper_settings *settings, hyper_result *out)
 {
     search *s = loxo_allocate_zero(ctx, 1, sizeof *s);
     if (s == NULL) return LOXO_ERR_MEMORY;
     memset(out, 0, sizeof *out);
-    *s = (search){.ctx = ctx, .settings = settings, .given = atoms, .atoms = *atoms, .co = 1.0, .out = out};
+    *s = (search){
+        .ctx = ctx, .settings = settings, .given = atoms, .atoms = *atoms, .co = 1.0, .first = first, .out = out};
     out->co = 1.0;
     out->kind = HYPER_STABLE;
     const loxo_status status = run(s);

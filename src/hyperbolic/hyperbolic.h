@@ -35,9 +35,9 @@ loxo_status hyper_find_moments(loxo_context *ctx, const hyper_atoms *atoms, cons
 /* Adds p, p v and p v v^T (rows of the upper triangle) of n unit vectors x [n][d], as kernel/moment_kernel.h does for d = 2, 3. */
 void hyper_add_moments(int d, const double *x, const double *weight, int64_t n, const double *w, double co,
                        double *sums);
-/* LOXO_ERR_ARGUMENT, with the atom's number as element: a weight that is negative or not finite, a point that is not within 1e-6 of
- * the sphere; no weight at all. is_unit is set. */
-loxo_status hyper_check_atoms(loxo_context *ctx, const char *who, hyper_atoms *atoms);
+/* Looks at the atoms, and from the centre, in one read of them. LOXO_ERR_ARGUMENT, with the atom's number as element: a weight that is negative
+ * or not finite, a point that is not within 1e-6 of the sphere; no weight at all. LOXO_ERR_MEMORY. is_unit is set; first: out. */
+loxo_status hyper_check_atoms(loxo_context *ctx, const char *who, hyper_atoms *atoms, hyper_moments *first);
 /* y = sigma_w(x), [n][d]; the same atoms shifted. */
 void hyper_shift_atoms(loxo_context *ctx, const hyper_atoms *atoms, const double *w, double co, double *y);
 
@@ -87,10 +87,10 @@ typedef struct hyper_result {
     double shift[HYPER_MOST_SHIFTS][HYPER_MOST_DIMENSIONS], shift_co[HYPER_MOST_SHIFTS];
 } hyper_result;
 
-/* barycenter.c: atoms have been checked. LOXO_OK; LOXO_NOT_CONVERGED: HYPER_STOP_ROUNDING before the tolerance, or
+/* barycenter.c: atoms have been checked. first: as hyper_check_atoms saw them; NULL: it looks itself. LOXO_OK; LOXO_NOT_CONVERGED: HYPER_STOP_ROUNDING before the tolerance, or
  * HYPER_STOP_ITERATIONS; LOXO_CHECK_FAILED: not HYPER_STABLE; LOXO_STOPPED; LOXO_ERR_MEMORY. */
-loxo_status hyper_barycenter(loxo_context *ctx, const hyper_atoms *atoms, const hyper_settings *settings,
-                             hyper_result *out);
+loxo_status hyper_barycenter(loxo_context *ctx, const hyper_atoms *atoms, const hyper_moments *first,
+                             const hyper_settings *settings, hyper_result *out);
 hyper_settings hyper_settings_default(void);
 
 /* small.c: eigenvalues ascending and their vectors (rows of v) of a symmetric matrix a [d][d], which is destroyed. */

@@ -12,7 +12,8 @@
 #define BLOCK       4096
 #define BUFFER      1024 /* numbers: atoms that cannot be read where they lie go through here, some at a time */
 #define OFF_SPHERE  1e-6
-#define NEAR_SPHERE 1e-5 /* of |x|^2: the error of two steps is 1e-20 */
+#define UNIT        8e-16 /* |x|^2 - 1 of rounding */
+#define NEAR_SPHERE 1e-5  /* of |x|^2: the error of two steps is 1e-20 */
 /* Sums of weights outside are refused: their products and quotients would leave the range of doubles. */
 #define LEAST_WEIGHT 1e-290
 #define MOST_WEIGHT  1e290
@@ -182,13 +183,12 @@ void hyper_shift_atoms(loxo_context *ctx, const hyper_atoms *atoms, const double
 typedef struct finding {
     int64_t atom; /* the first that is wrong, -1: none */
     bool is_unit;
-    double weight;
 } finding;
 
-static finding look(const hyper_atoms *a, int64_t begin, int64_t end)
+static finding scan(const hyper_atoms *a, int64_t begin, int64_t end)
 {
     const int d = a->d;
-    finding f = {-1, a->x != NULL, 0.0};
+    finding f = {-1, a->x != NULL};
     for (int64_t i = begin; i < end; ++i) {
         double square = 0.0;
         for (int k = 0; k < d; ++k) {
@@ -200,30 +200,68 @@ static finding look(const hyper_atoms *a, int64_t begin, int64_t end)
             f.atom = i;
             return f;
         }
-        f.is_unit = f.is_unit && off <= 8e-16;
-        f.weight += p;
+        f.is_unit = f.is_unit && off <= UNIT;
     }
     return f;
 }
 
-loxo_status hyper_check_atoms(loxo_context *ctx, const char *who, hyper_atoms *atoms)
+/* A block, checked; its sums as seen from the centre, which are zero before. Unit vectors in doubles are passed once, others a second time in the cache. */
+static finding look_first(const k_variant *kernels, const hyper_atoms *a, int64_t begin, int64_t end, double *sums)
 {
-    int64_t wrong = INT64_MAX;
-    double weight = 0.0;
-    bool is_unit = true;
-#pragma omp parallel num_threads(loxo_threads_for(ctx, atoms->n, 0.6 * atoms->d)) reduction(min : wrong) reduction(+ : weight) reduction(&& : is_unit)
-    {
-        const loxo_range r = loxo_thread_range(atoms->n);
-        const finding f = look(atoms, r.begin, r.end);
-        if (f.atom >= 0) wrong = f.atom;
-        weight += f.weight; /* only whether there is any */
-        is_unit = is_unit && f.is_unit;
+    static const double centre[HYPER_MOST_DIMENSIONS];
+    const int d = a->d;
+    if (a->x != NULL && d <= 3) {
+        k_first_look look;
+        double total = 0.0;
+        kernels->first_moments(d, a->x + begin * d, a->weight == NULL ? NULL : a->weight + begin, end - begin, sums,
+                               &look);
+        for (int64_t k = 0; k < count_sums(d); ++k)
+            total += fabs(sums[k]);
+        if (total < HUGE_VAL && look.off <= UNIT * UNIT && look.least >= 0.0) return (finding){-1, true};
     }
-    if (wrong < INT64_MAX)
-        return loxo_fail_at(
-            ctx, LOXO_ERR_ARGUMENT, (loxo_place){.byte = -1, .element = wrong},
-            "%s: atom %lld is not a point of the sphere (within 1e-6), or its weight is negative or not finite", who,
-            (long long)wrong);
+    const finding f = scan(a, begin, end);
+    if (f.atom >= 0) return f;
+    hyper_atoms own = *a;
+    own.is_unit = f.is_unit;
+    memset(sums, 0, (size_t)count_sums(d) * sizeof *sums);
+    add_block(kernels, &own, begin, end, centre, 1.0, sums);
+    return f;
+}
+
+static loxo_status refuse(loxo_context *ctx, const char *who, const hyper_atoms *a, int64_t i)
+{
+    const loxo_place place = {.byte = -1, .element = i};
+    if (a->weight != NULL && !(a->weight[i] >= 0.0 && a->weight[i] < HUGE_VAL))
+        return loxo_fail_at(ctx, LOXO_ERR_ARGUMENT, place, "%s: the weight of atom %lld is %g", who, (long long)i,
+                            a->weight[i]);
+    return loxo_fail_at(ctx, LOXO_ERR_ARGUMENT, place, "%s: atom %lld is not a point of the sphere (within 1e-6)", who,
+                        (long long)i);
+}
+
+loxo_status hyper_check_atoms(loxo_context *ctx, const char *who, hyper_atoms *atoms, hyper_moments *first)
+{
+    static const double centre[HYPER_MOST_DIMENSIONS];
+    const int64_t n_sums = count_sums(atoms->d), n_blocks = (atoms->n + BLOCK - 1) / BLOCK;
+    const k_variant *kernels = k_variant_get(loxo_context_isa(ctx));
+    int64_t wrong = INT64_MAX;
+    bool is_unit = true;
+    double *sums = loxo_allocate_zero(ctx, n_blocks * n_sums, sizeof *sums);
+    if (sums == NULL) return LOXO_ERR_MEMORY;
+#pragma omp parallel num_threads(loxo_threads_for(ctx, atoms->n, 0.6 * atoms->d)) reduction(min : wrong) reduction(&& : is_unit)
+    {
+        const loxo_range r = loxo_thread_range(n_blocks);
+        for (int64_t b = r.begin; b < r.end && wrong == INT64_MAX; ++b) {
+            const int64_t end = (b + 1) * BLOCK < atoms->n ? (b + 1) * BLOCK : atoms->n;
+            const finding f = look_first(kernels, atoms, b * BLOCK, end, sums + b * n_sums);
+            if (f.atom >= 0) wrong = f.atom;
+            is_unit = is_unit && f.is_unit;
+        }
+    }
+    add_pairwise(sums, n_blocks, n_sums);
+    const double weight = sums[0];
+    if (wrong == INT64_MAX) move_to_origin(atoms->d, centre, sums, first);
+    loxo_release(ctx, sums);
+    if (wrong < INT64_MAX) return refuse(ctx, who, atoms, wrong);
     if (!(weight > LEAST_WEIGHT) || !(weight < MOST_WEIGHT))
         return loxo_fail(ctx, LOXO_ERR_ARGUMENT, "%s: the atoms' weights add up to %g, not to something in %g to %g",
                          who, weight, LEAST_WEIGHT, MOST_WEIGHT);

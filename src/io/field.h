@@ -31,6 +31,9 @@ loxo_status loxo_read_csv_points(loxo_context *ctx, const uint8_t *bytes, size_t
 loxo_status loxo_read_points_bytes(loxo_context *ctx, const uint8_t *bytes, size_t n_bytes, const char *name,
                                    double **position, int64_t *n);
 
+/* Its shape alone, by the first bytes of a file. */
+loxo_status loxo_read_npy_shape(loxo_context *ctx, const uint8_t *bytes, size_t n_bytes, const char *name,
+                                loxo_array *array);
 /* An array of one to three dimensions, as loxo_read_array. */
 loxo_status loxo_read_npy_array(loxo_context *ctx, const uint8_t *bytes, size_t n_bytes, const char *name,
                                 loxo_array *array);

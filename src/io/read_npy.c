@@ -253,20 +253,39 @@ static loxo_status read_rows(loxo_context *ctx, const uint8_t *bytes, size_t n_b
     return status;
 }
 
+static loxo_status read_shape(loxo_context *ctx, const uint8_t *bytes, size_t n_bytes, const char *name, header *npy,
+                              size_t *data, loxo_array *array)
+{
+    const loxo_status status = read_header(ctx, bytes, n_bytes, name, npy, data);
+    if (status < 0) return status;
+    if (npy->n_dimensions < 1 || npy->n_dimensions > 3)
+        return fail(ctx, name, 10, LOXO_ERR_UNSUPPORTED, "not of one to three dimensions");
+    *array = (loxo_array){.n_dimensions = npy->n_dimensions};
+    for (int k = 0; k < npy->n_dimensions; ++k) {
+        array->shape[k] = npy->shape[k];
+        if (npy->shape[k] == 0) return fail(ctx, name, -1, LOXO_ERR_MALFORMED, "no number in it");
+    }
+    return LOXO_OK;
+}
+
+loxo_status loxo_read_npy_shape(loxo_context *ctx, const uint8_t *bytes, size_t n_bytes, const char *name,
+                                loxo_array *array)
+{
+    header npy = {0};
+    size_t data = 0;
+    return read_shape(ctx, bytes, n_bytes, name, &npy, &data, array);
+}
+
 loxo_status loxo_read_npy_array(loxo_context *ctx, const uint8_t *bytes, size_t n_bytes, const char *name,
                                 loxo_array *array)
 {
     header npy = {0};
     size_t data = 0;
-    loxo_status status = read_header(ctx, bytes, n_bytes, name, &npy, &data);
-    if (status < 0) return status;
-    if (npy.n_dimensions < 1 || npy.n_dimensions > 3)
-        return fail(ctx, name, 10, LOXO_ERR_UNSUPPORTED, "not of one to three dimensions");
-    loxo_array own = {.n_dimensions = npy.n_dimensions};
+    loxo_array own;
     int64_t full[3] = {1, 1, 1};
-    for (int k = 0; k < npy.n_dimensions; ++k)
-        own.shape[k] = full[k] = npy.shape[k];
-    if (full[0] == 0 || full[1] == 0 || full[2] == 0) return fail(ctx, name, -1, LOXO_ERR_MALFORMED, "no number in it");
+    loxo_status status = read_shape(ctx, bytes, n_bytes, name, &npy, &data, &own);
+    if (status < 0) return status;
+    memcpy(full, own.shape, (size_t)own.n_dimensions * sizeof *full);
     status = read_numbers(ctx, bytes, n_bytes, name, &npy, data, full[0], full[1], full[2], &own.value);
     if (status >= 0) *array = own;
     return status;

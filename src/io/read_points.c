@@ -192,6 +192,33 @@ loxo_status loxo_read_array(loxo_context *ctx, const char *path, loxo_array *arr
     return status;
 }
 
+loxo_status loxo_read_array_shape(loxo_context *ctx, const char *path, loxo_array *array, size_t *peak_bytes)
+{
+    loxo_source source;
+    int64_t numbers = 1;
+    if (ctx == NULL || path == NULL || array == NULL || peak_bytes == NULL)
+        return loxo_fail(ctx, LOXO_ERR_ARGUMENT, "a shape needs a path and places for it");
+    *array = (loxo_array){0};
+    loxo_status status = loxo_source_open(ctx, path, &source);
+    const bool is_told =
+        status >= 0 && source.n_bytes >= 0 && source.n_head >= 6 && memcmp(source.head, "\x93NUMPY", 6) == 0;
+    if (is_told) {
+        status = loxo_read_npy_shape(ctx, source.head, source.n_head, path, array);
+        for (int k = 0; k < array->n_dimensions && status >= 0; ++k)
+            if (__builtin_mul_overflow(numbers, array->shape[k], &numbers) || numbers > INT64_MAX / 8)
+                status = loxo_fail_at(ctx, LOXO_ERR_LIMIT, (loxo_place){.byte = -1, .element = -1}, "too many numbers");
+        *peak_bytes = (size_t)source.n_bytes + (size_t)numbers * sizeof(double);
+    }
+    loxo_source_close(ctx, &source);
+    if (status < 0) loxo_failure_set_file(ctx, path);
+    if (status < 0 || is_told) return status;
+    if ((status = loxo_read_array(ctx, path, array)) < 0) return status;
+    *peak_bytes = loxo_context_memory(ctx).peak_bytes;
+    loxo_release(ctx, array->value);
+    array->value = NULL;
+    return status;
+}
+
 void loxo_array_destroy(loxo_context *ctx, loxo_array *array)
 {
     if (array == NULL) return;

@@ -17,13 +17,26 @@
 #include <immintrin.h>
 #endif
 
-#define K_LANE_PASSES 12 /* most looks before a lane is left to another way */
+#define K_LANE_PASSES 12  /* most looks before a lane is left to another way */
+#define K_LANE_TURNED 64  /* edges, up to which vertices are mended by turns */
+#define K_LANE_GROUP  4   /* edges whose sum is added to that of all with what it lost */
+#define K_LANE_FETCH  192 /* numbers ahead that are asked for where they come from memory */
 
-typedef int64_t k_wide_bits __attribute__((vector_size(8 * K_WIDE)));
+/* Flags tell which of many loops it is; it has to be known when they are compiled. */
+#define K_LANE_INLINE static inline __attribute__((always_inline))
 
 #define K_WIDE_STORE(p, v) (*(k_wide_anywhere *)(void *)(p) = (v))
-/* mask is all ones or all zeros a lane */
-#define K_WIDE_CHOOSE(mask, a, b) ((k_wide)(((mask) & (k_wide_bits)(a)) | (~(mask) & (k_wide_bits)(b))))
+/* Past the caches, to 64 aligned bytes; all of it is there after the end. */
+#if defined(__AVX512F__)
+#define K_WIDE_STREAM(p, v) _mm512_stream_pd((p), (__m512d)(v))
+#define K_WIDE_STREAM_END() _mm_sfence()
+#elif defined(__AVX__)
+#define K_WIDE_STREAM(p, v) _mm256_stream_pd((p), (__m256d)(v))
+#define K_WIDE_STREAM_END() _mm_sfence()
+#else
+#define K_WIDE_STREAM(p, v) K_WIDE_STORE(p, v)
+#define K_WIDE_STREAM_END() (void)0
+#endif
 
 static inline void k_wide_sqrt(k_wide *v)
 {
@@ -68,7 +81,7 @@ static inline void k_transpose(k_wide *t)
 }
 
 /* Numbers begin..begin + count - 1 of the lanes, count <= K_WIDE: t[k][lane]. */
-static inline void k_lanes_gather(const double *const *x, int64_t begin, int64_t count, k_wide *t)
+K_LANE_INLINE void k_lanes_gather(const double *const *x, int64_t begin, int64_t count, k_wide *t)
 {
     if (count == K_WIDE) {
         for (int l = 0; l < K_WIDE; ++l)
@@ -81,13 +94,16 @@ static inline void k_lanes_gather(const double *const *x, int64_t begin, int64_t
             t[k][l] = x[l][begin + k];
 }
 
-/* all: every lane is written. */
-static inline void k_lanes_scatter(double *const *out, bool all, int64_t begin, int64_t count, k_wide *t)
+/* all: every lane is written. streams: past the caches. */
+K_LANE_INLINE void k_lanes_scatter(double *const *out, bool all, bool streams, int64_t begin, int64_t count, k_wide *t)
 {
     if (count == K_WIDE) {
         k_transpose(t);
         for (int l = 0; l < K_WIDE; ++l)
-            if (all || out[l] != NULL) K_WIDE_STORE(out[l] + begin, t[l]);
+            if (streams)
+                K_WIDE_STREAM(out[l] + begin, t[l]);
+            else if (all || out[l] != NULL)
+                K_WIDE_STORE(out[l] + begin, t[l]);
         return;
     }
     for (int64_t k = 0; k < count; ++k)
@@ -95,31 +111,48 @@ static inline void k_lanes_scatter(double *const *out, bool all, int64_t begin, 
             if (all || out[l] != NULL) out[l][begin + k] = t[k][l];
 }
 
-/* The sums of one look: of p, p v, p v v^T; of these the last entry follows from the trace, which is that of the shifted atoms, 1. */
+/* The sums of one look: of p, p v, p v v^T; of these the last entry follows from the trace, which is that of the shifted atoms, 1. Of a
+ * first look p v v v, too, where that is wanted; three entries follow from traces, v being unit vectors there. */
 typedef struct k_lane_sums {
     k_wide weight, one[3], two[5]; /* xx xy xz yy yz; xx xy */
+    k_wide three[7];               /* xxx xxy xxz xyy xyz yyy yyz; xxx xxy */
 } k_lane_sums;
 
 /* The state of the search. */
 typedef struct k_lane_state {
     k_wide w[3], co, bound;
     k_wide left;                            /* least eigenvalue at w, from below; where done */
+    k_wide inverse[6];                      /* of A before the last step; where done */
     k_wide_bits is_done, is_tried, is_over; /* tried: done, not yet certified; over: done, or left to another way */
 } k_lane_state;
 
-static inline void k_lane_add(int d, bool has_weights, const k_wide *v, const k_wide *p, k_lane_sums *s)
+K_LANE_INLINE void k_lane_add(int d, bool has_weights, bool has_third, const k_wide *v, const k_wide *p, k_lane_sums *s)
 {
-    k_wide pv[3];
+    k_wide pv[3], xx, xy;
     for (int k = 0; k < d; ++k) {
         pv[k] = has_weights ? *p * v[k] : v[k];
         s->one[k] += pv[k];
     }
-    s->two[0] += pv[0] * v[0];
-    s->two[1] += pv[0] * v[1];
+    xx = pv[0] * v[0];
+    xy = pv[0] * v[1];
+    s->two[0] += xx;
+    s->two[1] += xy;
+    if (has_third) {
+        s->three[0] += xx * v[0];
+        s->three[1] += xx * v[1];
+    }
     if (d == 3) {
-        s->two[2] += pv[0] * v[2];
-        s->two[3] += pv[1] * v[1];
-        s->two[4] += pv[1] * v[2];
+        const k_wide xz = pv[0] * v[2], yy = pv[1] * v[1], yz = pv[1] * v[2];
+        s->two[2] += xz;
+        s->two[3] += yy;
+        s->two[4] += yz;
+        if (has_third) {
+            s->three[2] += xx * v[2];
+            s->three[3] += xy * v[1];
+            s->three[4] += xy * v[2];
+            s->three[5] += yy * v[1];
+            s->three[6] += yy * v[2];
+        }
     }
 }
 
@@ -131,18 +164,21 @@ typedef struct k_lane_reader {
 
 /* Atoms begin..begin + count - 1, count <= K_WIDE, of the first look: from the centre, where atoms are what they are. Makes unit vectors
  * and lengths and keeps them in the buffer. */
-static inline void k_lanes_read(const k_lanes *job, const double *const *x, int d, k_lane_form form, bool has_weights,
-                                int64_t begin, int64_t count, double *restrict at, k_lane_reader *reader,
-                                k_lane_sums *s)
+K_LANE_INLINE void k_lanes_read(const k_lanes *job, const double *const *x, int d, k_lane_form form, bool has_weights,
+                                bool has_third, int64_t begin, int64_t count, double *restrict at,
+                                k_lane_reader *reader, k_lane_sums *s)
 {
     const int64_t numbers = count * d, first = (begin + (form == K_LANE_VERTICES ? 1 : 0)) * d;
     const k_wide ones = (k_wide){0} + 1.0;
-    k_wide t[3 * K_WIDE];
+    k_wide t[3 * K_WIDE], lengths[K_WIDE];
     for (int c = 0; c < d; ++c) {
         const int64_t left = numbers - (int64_t)c * K_WIDE;
+        for (int l = 0; job->is_far && l < K_WIDE; ++l)
+            __builtin_prefetch(x[l] + first + (int64_t)c * K_WIDE + K_LANE_FETCH);
         if (left > 0)
             k_lanes_gather(x, first + (int64_t)c * K_WIDE, left < K_WIDE ? left : K_WIDE, t + (ptrdiff_t)c * K_WIDE);
     }
+    if (form == K_LANE_DIRECTIONS && has_weights) k_lanes_gather(job->length + (x - job->x), begin, count, lengths);
     for (int64_t j = 0; j < count; ++j) {
         k_wide e[3], square = ones, p = ones;
         for (int k = 0; k < d; ++k) {
@@ -162,7 +198,7 @@ static inline void k_lanes_read(const k_lanes *job, const double *const *x, int 
             for (int k = 0; k < d; ++k)
                 e[k] *= f;
             reader->worst = K_WIDE_CHOOSE(size <= reader->worst, reader->worst, size); /* NaN stays once it is there */
-            if (has_weights) p = (k_wide){0} + job->length[begin + j];
+            if (has_weights) p = lengths[j];
         } else {
             p = square;
             k_wide_sqrt(&p);
@@ -179,31 +215,35 @@ static inline void k_lanes_read(const k_lanes *job, const double *const *x, int 
             at += K_WIDE;
             s->weight += p;
         }
-        k_lane_add(d, has_weights, e, &p, s);
+        k_lane_add(d, has_weights, has_third, e, &p, s);
     }
 }
 
 /* bad: lanes whose directions are none. */
-static inline void k_lanes_begin(const k_lanes *job, int half, int d, k_lane_form form, bool has_weights,
-                                 double *restrict buffer, k_lane_sums *sums, k_wide_bits *bad)
+K_LANE_INLINE void k_lanes_begin(const k_lanes *job, int half, int d, k_lane_form form, bool has_weights,
+                                 bool has_third, double *restrict buffer, k_lane_sums *sums, k_wide_bits *bad)
 {
     const double *const *x = job->x + (ptrdiff_t)half * K_WIDE;
     const int64_t n = job->n, whole = n - n % K_WIDE, row = (int64_t)(d + (has_weights ? 1 : 0)) * K_WIDE;
     k_lane_reader reader = {0};
     k_lane_sums s = {0};
-    for (int k = 0; form == K_LANE_VERTICES && k < d; ++k)
+    for (int k = 0; form == K_LANE_VERTICES && k < d; ++k) {
+        double vertex[K_WIDE];
         for (int l = 0; l < K_WIDE; ++l)
-            reader.before[k][l] = x[l][k];
+            vertex[l] = x[l][k];
+        reader.before[k] = K_WIDE_LOAD(vertex);
+    }
     for (int64_t i = 0; i < whole; i += K_WIDE)
-        k_lanes_read(job, x, d, form, has_weights, i, K_WIDE, buffer + i * row, &reader, &s);
-    if (whole < n) k_lanes_read(job, x, d, form, has_weights, whole, n - whole, buffer + whole * row, &reader, &s);
+        k_lanes_read(job, x, d, form, has_weights, has_third, i, K_WIDE, buffer + i * row, &reader, &s);
+    if (whole < n)
+        k_lanes_read(job, x, d, form, has_weights, has_third, whole, n - whole, buffer + whole * row, &reader, &s);
     if (!has_weights) s.weight += (double)n;
     *sums = s;
     *bad = ~(reader.worst <= 4e-12);
 }
 
 /* A look from w. */
-static inline void k_lanes_look(int64_t n, int d, bool has_weights, const double *restrict buffer,
+K_LANE_INLINE void k_lanes_look(int64_t n, int d, bool has_weights, const double *restrict buffer,
                                 const k_lane_state *state, k_lane_sums *s)
 {
     const int64_t row = (int64_t)(d + (has_weights ? 1 : 0)) * K_WIDE;
@@ -223,7 +263,7 @@ static inline void k_lanes_look(int64_t n, int d, bool has_weights, const double
         const k_wide f = co / square;
         for (int k = 0; k < d; ++k)
             v[k] *= f;
-        k_lane_add(d, has_weights, v, &p, s);
+        k_lane_add(d, has_weights, false, v, &p, s);
     }
     s->weight = weight;
 }
@@ -232,14 +272,90 @@ static inline void k_lanes_look(int64_t n, int d, bool has_weights, const double
 #define K_LANE_NEAR  0.1 /* 1 - |w|^2 below which a lane is left to the way that carries atoms */
 #define K_LANE_AHEAD 8.0 /* a bound so many times the tolerance is tried: what is written is mostly better, and tells */
 #define K_LANE_FLAT  1e-5 /* and so for the least eigenvalue */
+/* Of sums of a^3 V, a = <V, e>, by <e, M e> M e: as it is for V spread evenly. */
+#define K_LANE_CLOSURE(d) (6.0 * 3.0 * (d) / ((d) + 2.0))
+
+/* y = a x of a symmetric matrix, xx xy xz yy yz zz; xx xy yy. */
+static inline void k_lanes_times(int d, const k_wide *a, const k_wide *x, k_wide *y)
+{
+    if (d == 2) {
+        y[0] = a[0] * x[0] + a[1] * x[1];
+        y[1] = a[1] * x[0] + a[2] * x[1];
+        return;
+    }
+    y[0] = a[0] * x[0] + a[1] * x[1] + a[2] * x[2];
+    y[1] = a[1] * x[0] + a[3] * x[1] + a[4] * x[2];
+    y[2] = a[2] * x[0] + a[4] * x[1] + a[5] * x[2];
+}
+
+static inline void k_lanes_dot(int d, const k_wide *a, const k_wide *b, k_wide *sum)
+{
+    *sum = a[0] * b[0] + a[1] * b[1];
+    if (d == 3) *sum += a[2] * b[2];
+}
+
+static inline void k_lanes_length(int d, const k_wide *a, k_wide *length)
+{
+    k_lanes_dot(d, a, a, length);
+    k_wide_sqrt(length);
+}
+
+/* T(e, e) of the third moments at the centre, traces filled in. */
+static inline void k_lanes_cube(int d, const k_wide *three, const k_wide *m, const k_wide *e, k_wide *out)
+{
+    const k_wide xx = e[0] * e[0], xy = 2.0 * e[0] * e[1], yy = e[1] * e[1];
+    if (d == 2) {
+        const k_wide xyy = m[0] - three[0], yyy = m[1] - three[1];
+        out[0] = xx * three[0] + xy * three[1] + yy * xyy;
+        out[1] = xx * three[1] + xy * xyy + yy * yyy;
+        return;
+    }
+    const k_wide xz = 2.0 * e[0] * e[2], yz = 2.0 * e[1] * e[2], zz = e[2] * e[2];
+    const k_wide xzz = m[0] - three[0] - three[3], yzz = m[1] - three[1] - three[5], zzz = m[2] - three[2] - three[6];
+    out[0] = xx * three[0] + xy * three[1] + xz * three[2] + yy * three[3] + yz * three[4] + zz * xzz;
+    out[1] = xx * three[1] + xy * three[3] + xz * three[4] + yy * three[5] + yz * three[6] + zz * yzz;
+    out[2] = xx * three[2] + xy * three[4] + xz * xzz + yy * three[6] + yz * yzz + zz * zzz;
+}
+
+/* The step from the centre, u = e / 2, bent: README.md, «The first step». off: how far that is from Newton's; lanes for which it is too
+ * far keep theirs. inverse: of A; of: 1 / weight. */
+static inline void k_lanes_bend(int d, const k_lane_sums *s, const k_wide *of, const k_wide *m, const k_wide *inverse,
+                                k_wide *u, k_wide *off)
+{
+    k_wide three[7], e[3], bent[3], cube[3], me[3], f[3], square, along, across, far;
+    for (int k = 0; k < (d == 3 ? 7 : 2); ++k)
+        three[k] = s->three[k] * *of;
+    for (int k = 0; k < d; ++k)
+        e[k] = 2.0 * u[k];
+    k_lanes_cube(d, three, m, e, cube);
+    for (int k = 0; k < d; ++k)
+        me[k] = e[k] - m[k]; /* A e = m */
+    k_lanes_dot(d, e, e, &square);
+    k_lanes_dot(d, m, e, &along);
+    k_lanes_dot(d, e, me, &across);
+    for (int k = 0; k < d; ++k)
+        f[k] =
+            m[k] + (cube[k] - 0.5 * (along * e[k] + square * m[k])) +
+            ((2.0 * square - 3.0 * across) * e[k] + (K_LANE_CLOSURE(d) * across - 5.0 * square) * me[k]) * (1.0 / 6.0);
+    k_lanes_times(d, inverse, f, bent);
+    for (int k = 0; k < d; ++k)
+        f[k] = bent[k] - e[k];
+    k_lanes_length(d, f, off);
+    k_lanes_length(d, e, &far);
+    const k_wide_bits is_near = *off <= 0.25 * far; /* false for NaN */
+    for (int k = 0; k < d; ++k)
+        u[k] = 0.5 * K_WIDE_CHOOSE(is_near, bent[k], e[k]);
+    *off = K_WIDE_CHOOSE(is_near, *off, (k_wide){0});
+}
 
 /* A step from what was seen: direction by the adjugate, the least eigenvalue from below by one step of Laguerre's, damped or full as (17) says.
- * A lane whose next point is certified, or nearly (ahead times the tolerance), is done. */
-static inline void k_lanes_step(int d, double tolerance, double ahead, const k_lane_sums *s, k_lane_state *state)
+ * A lane whose next point is certified, or nearly (ahead times the tolerance), is done. has_third: seen from the centre, with third moments. */
+static inline void k_lanes_step(int d, bool has_third, double tolerance, double ahead, const k_lane_sums *s,
+                                k_lane_state *state)
 {
     const k_wide inverse = 1.0 / s->weight, none = (k_wide){0};
     const k_wide *w = state->w;
-    k_wide m[3], a[6], u[3], det, low; /* a: A = 1 - M, its upper triangle */
+    k_wide m[3], a[6], c[6], u[3], det, low; /* a: A = 1 - M; c: its adjugate */
     for (int k = 0; k < d; ++k)
         m[k] = s->one[k] * inverse - w[k];
     const k_wide xx = s->two[0] * inverse - 2.0 * m[0] * w[0] - w[0] * w[0];
@@ -248,9 +364,10 @@ static inline void k_lanes_step(int d, double tolerance, double ahead, const k_l
         a[0] = 1.0 - xx;
         a[1] = -xy;
         a[2] = xx;
+        c[0] = a[2];
+        c[1] = -a[1];
+        c[2] = a[0];
         det = a[0] * a[2] - a[1] * a[1];
-        u[0] = a[2] * m[0] - a[1] * m[1];
-        u[1] = a[0] * m[1] - a[1] * m[0];
         k_wide root = 1.0 - 4.0 * det;
         root = K_WIDE_CHOOSE(root > 0.0, root, none);
         k_wide_sqrt(&root);
@@ -265,33 +382,45 @@ static inline void k_lanes_step(int d, double tolerance, double ahead, const k_l
         a[3] = 1.0 - yy;
         a[4] = -yz;
         a[5] = xx + yy;
-        const k_wide c00 = a[3] * a[5] - a[4] * a[4], c01 = a[2] * a[4] - a[1] * a[5], c02 = a[1] * a[4] - a[2] * a[3];
-        const k_wide c11 = a[0] * a[5] - a[2] * a[2], c12 = a[1] * a[2] - a[0] * a[4], c22 = a[0] * a[3] - a[1] * a[1];
-        det = a[0] * c00 + a[1] * c01 + a[2] * c02;
-        u[0] = c00 * m[0] + c01 * m[1] + c02 * m[2];
-        u[1] = c01 * m[0] + c11 * m[1] + c12 * m[2];
-        u[2] = c02 * m[0] + c12 * m[1] + c22 * m[2];
-        const k_wide minors = c00 + c11 + c22;
+        c[0] = a[3] * a[5] - a[4] * a[4];
+        c[1] = a[2] * a[4] - a[1] * a[5];
+        c[2] = a[1] * a[4] - a[2] * a[3];
+        c[3] = a[0] * a[5] - a[2] * a[2];
+        c[4] = a[1] * a[2] - a[0] * a[4];
+        c[5] = a[0] * a[3] - a[1] * a[1];
+        det = a[0] * c[0] + a[1] * c[1] + a[2] * c[2];
+        const k_wide minors = c[0] + c[3] + c[5];
         k_wide root = minors * minors - 6.0 * det;
         root = K_WIDE_CHOOSE(root > 0.0, root, none);
         k_wide_sqrt(&root);
         low = 3.0 * det / (minors + 2.0 * root);
     }
     low -= 16.0 * K_LANE_EPS;
-    k_wide length;
-    const k_wide half = 0.5 / det;
-    length = none;
-    for (int k = 0; k < d; ++k) {
-        u[k] *= half;
-        length += u[k] * u[k];
+    const k_wide over_det = 1.0 / det;
+    for (int k = 0; k < (d == 3 ? 6 : 3); ++k)
+        c[k] *= over_det;
+    k_lanes_times(d, c, m, u);
+    for (int k = 0; k < d; ++k)
+        u[k] *= 0.5;
+    k_wide square, off = none;
+    k_lanes_dot(d, u, u, &square);
+    const k_wide_bits is_full = square <= 0.0625;
+    if (has_third) {
+        k_wide bent[3];
+        for (int k = 0; k < d; ++k)
+            bent[k] = u[k];
+        k_lanes_bend(d, s, &inverse, m, c, bent, &off);
+        for (int k = 0; k < d; ++k)
+            u[k] = K_WIDE_CHOOSE(is_full, bent[k], u[k]);
+        k_lanes_dot(d, u, u, &square);
     }
-    const k_wide square = length;
+    k_wide length = square;
     k_wide_sqrt(&length);
 
-    /* L = 2 |u|. After a full step |F|_g <= L^2 / 2, and the least eigenvalue is at least low - L: the certificate there, before it is seen */
+    /* L = 2 |u|. After a full step |F|_g <= L^2 / 2, after one that is `off` from it that and `off`, and the least eigenvalue is at least
+     * low - L: the certificate there, before it is seen */
     const k_wide full_length = 2.0 * length, left = low - full_length;
-    const k_wide share = full_length * full_length / left, noise = 16.0 * K_LANE_EPS / state->co;
-    const k_wide_bits is_full = full_length <= 0.5;
+    const k_wide share = (full_length * full_length + 2.0 * off) / left, noise = 16.0 * K_LANE_EPS / state->co;
     const k_wide_bits is_certain = is_full & (left > 0.0) & (share < 0.5);
     const k_wide to_come = 0.5 * share / (1.0 - share);
     /* full: tanh(t) / t by Pade, to 1e-19 for t <= 1/8, 1e-13 for t <= 1/4; damped: see src/hyperbolic/README.md */
@@ -301,7 +430,7 @@ static inline void k_lanes_step(int d, double tolerance, double ahead, const k_l
     const k_wide full = (945.0 + square * (105.0 + square)) / (945.0 + square * (420.0 + 15.0 * square));
     const k_wide factor = K_WIDE_CHOOSE(is_full, full, damped);
     const k_wide r = factor * length, co_z = K_WIDE_CHOOSE(is_full, (1.0 - r) * (1.0 + r), damped * root);
-    /* composition, as k_ball_compose */
+    /* composition, as k_ball_compose, as a difference: ((n + co) w + co z) over - w with co_z = 1 - r^2; so small steps leave w's rounding alone */
     k_wide z[3], sum = none;
     for (int k = 0; k < d; ++k) {
         z[k] = factor * u[k];
@@ -313,10 +442,10 @@ static inline void k_lanes_step(int d, double tolerance, double ahead, const k_l
     k_wide_bits is_good = (low > K_LANE_FLAT) & (co > K_LANE_NEAR) & (length >= 0.0); /* false for NaN */
     is_good &= (s->weight > 1e-100) & (s->weight < 1e100);
     const k_wide_bits now =
-        is_good & is_certain & ((to_come <= 4.0 * K_LANE_EPS) | (bound <= ahead * tolerance)) & ~state->is_over;
+        is_good & is_certain & ((to_come <= K_LANE_EPS) | (bound <= ahead * tolerance)) & ~state->is_over;
     const k_wide_bits moves = is_good & ~state->is_over;
     for (int k = 0; k < d; ++k) {
-        const k_wide next = ((sum + state->co) * w[k] + state->co * z[k]) * over;
+        const k_wide next = w[k] + state->co * (r * r * w[k] + z[k]) * over;
         z[k] = K_WIDE_CHOOSE(moves, next, w[k]);
     }
     for (int k = 0; k < d; ++k)
@@ -324,111 +453,155 @@ static inline void k_lanes_step(int d, double tolerance, double ahead, const k_l
     state->co = K_WIDE_CHOOSE(moves, co, state->co);
     state->bound = K_WIDE_CHOOSE(now, bound, state->bound);
     state->left = K_WIDE_CHOOSE(now, left, state->left);
-    state->is_tried = (state->is_tried & ~now) | (now & (to_come > 4.0 * K_LANE_EPS) & (bound > tolerance));
+    for (int k = 0; k < (d == 3 ? 6 : 3); ++k)
+        state->inverse[k] = K_WIDE_CHOOSE(now, c[k], state->inverse[k]);
+    state->is_tried = (state->is_tried & ~now) | (now & (to_come > K_LANE_EPS) & (bound > tolerance));
     state->is_done |= now;
     state->is_over |= now | ~is_good;
 }
 
 /* What the writing carries from atom to atom. */
 typedef struct k_lane_writer {
-    k_wide w[3], co, start[3], sum[3], lost[3], product, exponent;
-    k_wide fix[3]; /* taken off the sums with each unit of length */
+    k_wide w[3], co, sum[3], lost[3], product, exponent;
+    k_wide turn[3]; /* added to directions, the part across them */
+    k_wide fix[3];  /* taken off the sums with each unit of length */
     double *out[K_WIDE];
 } k_lane_writer;
 
+/* What is written, and how. */
+typedef struct k_lane_task {
+    bool writes;      /* else edges are added up only */
+    bool as_edges;    /* else vertices */
+    bool turns;       /* with k_lane_writer.turn */
+    bool fixes;       /* with k_lane_writer.fix */
+    bool log_stretch; /* is wanted */
+    bool all;         /* every lane is written */
+    bool streams;     /* past the caches */
+} k_lane_task;
+
 /* Atoms begin..begin + count - 1 of the closed polygon: shifted, put back on the sphere by one step of Newton for the inverse root, times
- * their lengths, added up with compensation. */
-static inline void k_lanes_put(k_lane_writer *r, int d, bool has_weights, bool log_stretch, bool as_edges, bool all,
-                               bool exact, bool fixes, bool writes, int64_t begin, int64_t count,
-                               const double *restrict at)
+ * their lengths, added up: a few one by one, and what they make to the sum of all with what that loses (Knuth's exact addition). */
+K_LANE_INLINE void k_lanes_put(k_lane_writer *r, int d, bool has_weights, k_lane_task task, int64_t begin,
+                               int64_t count, const double *restrict at)
 {
     const int64_t numbers = count * d;
     k_wide t[3 * K_WIDE];
-    for (int64_t j = 0; j < count; ++j) {
-        k_wide y[3], square = r->co, norm = r->co;
-        for (int k = 0; k < d; ++k, at += K_WIDE) {
-            y[k] = K_WIDE_LOAD(at) - r->w[k];
-            square = k == 0 ? y[k] * y[k] : square + y[k] * y[k];
-        }
-        const k_wide f = r->co / square;
-        for (int k = 0; k < d; ++k) {
-            y[k] = f * y[k] - r->w[k];
-            norm = k == 0 ? y[k] * y[k] : norm + y[k] * y[k];
-        }
-        /* what is left to the sphere is small, and added apart: its rounding does not touch the lengths */
-        const k_wide off = 0.5 - 0.5 * norm;
-        k_wide length = off;
-        if (has_weights) {
-            length = K_WIDE_LOAD(at);
-            at += K_WIDE;
-        }
-        if (log_stretch) r->product *= square;
-        for (int k = 0; k < d; ++k) {
-            const k_wide whole = has_weights ? length * y[k] : y[k];
-            const k_wide e = whole + whole * off;
-            k_wide next, lost;
-            if (writes) t[j * d + k] = as_edges ? e : r->start[k] + (exact ? r->sum[k] + r->lost[k] : r->sum[k]);
-            if (exact) { /* Knuth's addition: the sum and all that it lost */
-                next = r->sum[k] + e;
-                const k_wide gained = next - r->sum[k];
-                lost = r->lost[k] + ((r->sum[k] - (next - gained)) + (e - gained));
-                if (fixes) lost -= has_weights ? r->fix[k] * length : r->fix[k];
-            } else { /* Kahan's */
-                const k_wide part = e + r->lost[k];
-                next = r->sum[k] + part;
-                lost = part - (next - r->sum[k]);
+    for (int64_t group = 0; group < count; group += K_LANE_GROUP) {
+        const int64_t end = count - group < K_LANE_GROUP ? count : group + K_LANE_GROUP;
+        k_wide base[3], part[3] = {{0}}, weight = {0};
+        for (int k = 0; k < d; ++k)
+            base[k] = r->sum[k] + r->lost[k];
+        for (int64_t j = group; j < end; ++j) {
+            k_wide y[3], square = r->co, norm = r->co;
+            for (int k = 0; k < d; ++k, at += K_WIDE) {
+                y[k] = K_WIDE_LOAD(at) - r->w[k];
+                square = k == 0 ? y[k] * y[k] : square + y[k] * y[k];
             }
-            r->lost[k] = lost;
+            const k_wide f = r->co / square;
+            for (int k = 0; k < d; ++k)
+                y[k] = f * y[k] - r->w[k];
+            if (task.turns) {
+                k_wide along;
+                k_lanes_dot(d, r->turn, y, &along);
+                for (int k = 0; k < d; ++k)
+                    y[k] += r->turn[k] - along * y[k];
+            }
+            for (int k = 0; k < d; ++k)
+                norm = k == 0 ? y[k] * y[k] : norm + y[k] * y[k];
+            /* what is left to the sphere is small, and added apart: its rounding does not touch the lengths */
+            const k_wide off = 0.5 - 0.5 * norm;
+            k_wide length = off;
+            if (has_weights) {
+                length = K_WIDE_LOAD(at);
+                at += K_WIDE;
+                weight += length;
+            }
+            if (task.log_stretch) r->product *= square;
+            for (int k = 0; k < d; ++k) {
+                const k_wide whole = has_weights ? length * y[k] : y[k];
+                const k_wide e = whole + whole * off;
+                if (task.writes) t[j * d + k] = task.as_edges ? e : base[k] + part[k];
+                part[k] += e;
+            }
+        }
+        if (!has_weights) weight += (double)(end - group);
+        for (int k = 0; k < d; ++k) {
+            const k_wide next = r->sum[k] + part[k], gained = next - r->sum[k];
+            r->lost[k] += (r->sum[k] - (next - gained)) + (part[k] - gained);
+            if (task.fixes) r->lost[k] -= r->fix[k] * weight;
             r->sum[k] = next;
         }
     }
-    if (log_stretch) { /* factors are in 2e-3 to 4: K_WIDE of them, and the exponent is taken off */
+    if (task.log_stretch) { /* factors are in 2e-3 to 4: K_WIDE of them, and the exponent is taken off */
         const k_wide_bits bits = (k_wide_bits)r->product;
         for (int l = 0; l < K_WIDE; ++l)
             r->exponent[l] += (double)((bits[l] >> 52) - 1023);
         r->product = (k_wide)((bits & 0xfffffffffffff) | 0x3ff0000000000000);
     }
-    for (int c = 0; writes && c < d; ++c) {
+    for (int c = 0; task.writes && c < d; ++c) {
         const int64_t left = numbers - (int64_t)c * K_WIDE;
         if (left > 0)
-            k_lanes_scatter(r->out, all, begin * d + (int64_t)c * K_WIDE, left < K_WIDE ? left : K_WIDE,
-                            t + (ptrdiff_t)c * K_WIDE);
+            k_lanes_scatter(r->out, task.all, task.streams, begin * d + (int64_t)c * K_WIDE,
+                            left < K_WIDE ? left : K_WIDE, t + (ptrdiff_t)c * K_WIDE);
     }
 }
 
-/* sum: of the edges. fix: see k_lane_writer; NULL: nothing. writes: else they are added up only. */
-static inline void k_lanes_write(k_lanes *job, int half, int d, bool has_weights, bool log_stretch, bool as_edges,
-                                 bool all, bool writes, const double *restrict buffer, const k_lane_state *state,
-                                 const k_wide *fix, k_wide *sum)
+/* sum: of the edges. turn, fix: see k_lane_writer. */
+K_LANE_INLINE void k_lanes_write_as(k_lanes *job, int half, int d, bool has_weights, k_lane_task task,
+                                    const double *restrict buffer, const k_lane_state *state, const k_wide *turn,
+                                    const k_wide *fix, k_wide *sum)
 {
     const int64_t n = job->n, whole = n - n % K_WIDE, row = (int64_t)(d + (has_weights ? 1 : 0)) * K_WIDE;
-    const bool fixes = fix != NULL, exact = !(job->tolerance > 0.0);
     k_lane_writer r = {.co = state->co};
+    k_wide start[3];
+    double vertex[K_WIDE];
     r.product += 1.0;
     for (int l = 0; l < K_WIDE; ++l)
         r.out[l] = state->is_done[l] ? job->out[half * K_WIDE + l] : NULL;
     for (int k = 0; k < d; ++k) {
         r.w[k] = state->w[k];
-        if (fixes) r.fix[k] = fix[k];
+        if (task.turns) r.turn[k] = turn[k];
+        if (task.fixes) r.fix[k] = fix[k];
         for (int l = 0; l < K_WIDE; ++l)
-            r.start[k][l] = job->start[half * K_WIDE + l][k];
+            vertex[l] = job->start[half * K_WIDE + l][k];
+        r.sum[k] = start[k] = K_WIDE_LOAD(vertex);
     }
     for (int64_t i = 0; i < whole; i += K_WIDE)
-        k_lanes_put(&r, d, has_weights, log_stretch, as_edges, all, exact, fixes, writes, i, K_WIDE, buffer + i * row);
-    if (whole < n)
-        k_lanes_put(&r, d, has_weights, log_stretch, as_edges, all, exact, fixes, writes, whole, n - whole,
-                    buffer + whole * row);
+        k_lanes_put(&r, d, has_weights, task, i, K_WIDE, buffer + i * row);
+    if (whole < n) k_lanes_put(&r, d, has_weights, task, whole, n - whole, buffer + whole * row);
     for (int k = 0; k < d; ++k)
-        sum[k] = r.sum[k] + r.lost[k];
-    for (int l = 0; log_stretch && l < K_WIDE; ++l)
+        sum[k] = (r.sum[k] - start[k]) + r.lost[k];
+    for (int l = 0; task.log_stretch && l < K_WIDE; ++l)
         job->stretch[half * K_WIDE + l] = log(r.product[l]) + r.exponent[l] * 0.6931471805599453;
 }
 
-static inline void k_lanes_length(int d, const k_wide *a, k_wide *length)
+/* The same; what is frequent is compiled apart. */
+static inline void k_lanes_write(k_lanes *job, int half, int d, bool has_weights, k_lane_task task,
+                                 const double *restrict buffer, const k_lane_state *state, const k_wide *turn,
+                                 const k_wide *fix, k_wide *sum)
 {
-    *length = a[0] * a[0] + a[1] * a[1];
-    if (d == 3) *length += a[2] * a[2];
-    k_wide_sqrt(length);
+    static const k_lane_task add = {.all = true}, edges = {.writes = true, .as_edges = true, .all = true};
+    static const k_lane_task vertices = {.writes = true, .all = true}, add_turned = {.turns = true, .all = true},
+                             turned = {.writes = true, .turns = true, .fixes = true, .all = true},
+                             fixed = {.writes = true, .fixes = true, .all = true};
+    const bool is_plain = !task.log_stretch && !task.streams && task.all;
+#define K_LANES_WRITE_AS(how) k_lanes_write_as(job, half, d, has_weights, how, buffer, state, turn, fix, sum)
+    if (is_plain && !task.writes && task.turns)
+        K_LANES_WRITE_AS(add_turned);
+    else if (is_plain && !task.writes)
+        K_LANES_WRITE_AS(add);
+    else if (is_plain && task.as_edges)
+        K_LANES_WRITE_AS(edges);
+    else if (is_plain && task.turns)
+        K_LANES_WRITE_AS(turned);
+    else if (is_plain && task.fixes)
+        K_LANES_WRITE_AS(fixed);
+    else if (is_plain)
+        K_LANES_WRITE_AS(vertices);
+    else
+        K_LANES_WRITE_AS(task);
+#undef K_LANES_WRITE_AS
+    if (task.streams) K_WIDE_STREAM_END();
 }
 
 static inline bool k_lanes_any(const k_wide_bits *mask)
@@ -442,36 +615,45 @@ static inline bool k_lanes_any(const k_wide_bits *mask)
 /* Writes the lanes that are done, and looks at what was written: its edges' sum is the residual at the last point, and certifies it where
  * the step before it did not; where it does not either, the lane goes on.
  *
- * Without a tolerance edges are added up before vertices are written: what their sum is, from rounding that all of them share, of w and of the last look,
- * is spread over the vertices; to each edge that is less than rounding. */
+ * Without a tolerance edges are added up before vertices are written: what their sum is, from rounding that all of them share, of w and of the
+ * last look, goes away. Few edges are turned for it, which changes no length, and added up again; what is left then, or of many from the
+ * beginning, is spread over the vertices: less than an ulp of these to each edge. */
 static inline void k_lanes_finish(k_lanes *job, int half, int d, bool has_weights, k_lane_state *state,
                                   const k_wide *total)
 {
-    bool all = true, any = false;
-    k_wide sum[3], fix[3], gap = *total;
+    const bool is_mended = !(job->tolerance > 0.0) && !job->as_edges;
+    bool any = false;
+    k_lane_task task = {.writes = true,
+                        .as_edges = job->as_edges,
+                        .turns = is_mended && job->n <= K_LANE_TURNED,
+                        .fixes = is_mended,
+                        .log_stretch = job->log_stretch,
+                        .all = true};
+    k_wide sum[3], turn[3] = {{0}}, fix[3] = {{0}}, gap = *total;
     for (int l = 0; l < K_WIDE; ++l) {
         const bool writes = state->is_done[l] != 0 && job->out[half * K_WIDE + l] != NULL;
-        all = all && writes;
+        task.all = task.all && writes;
         any = any || writes;
     }
     if (!any) return;
-    const bool stretch = job->log_stretch, edges = job->as_edges, fixes = !(job->tolerance > 0.0) && !edges;
-    if (fixes) {
-        k_lanes_write(job, half, d, has_weights, false, false, true, false, job->buffer, state, NULL, sum);
+    task.streams = task.all && job->streams;
+    if (is_mended) {
+        k_lanes_write(job, half, d, has_weights, (k_lane_task){.all = true}, job->buffer, state, turn, fix, sum);
         k_lanes_length(d, sum, &gap);
-        for (int k = 0; k < d; ++k)
-            fix[k] = sum[k] / *total;
     }
+    if (task.turns) {
+        k_lanes_times(d, state->inverse, sum, turn);
+        for (int k = 0; k < d; ++k)
+            turn[k] = -turn[k] / *total;
+        k_lanes_write(job, half, d, has_weights, (k_lane_task){.turns = true, .all = true}, job->buffer, state, turn,
+                      fix, sum);
+    }
+    for (int k = 0; k < d && is_mended; ++k)
+        fix[k] = sum[k] / *total;
     k_wide residual = gap;
-    if (all && !stretch && !edges && !fixes)
-        k_lanes_write(job, half, d, has_weights, false, false, true, true, job->buffer, state, NULL, sum);
-    else if (all && !stretch && !edges)
-        k_lanes_write(job, half, d, has_weights, false, false, true, true, job->buffer, state, fix, sum);
-    else
-        k_lanes_write(job, half, d, has_weights, stretch, edges, all, true, job->buffer, state, fixes ? fix : NULL,
-                      sum);
+    k_lanes_write(job, half, d, has_weights, task, job->buffer, state, turn, fix, sum);
     k_lanes_length(d, sum, &gap);
-    residual = (fixes ? residual : gap) / *total;
+    residual = (is_mended ? residual : gap) / *total;
     for (int l = 0; l < K_WIDE; ++l)
         job->gap[half * K_WIDE + l] = gap[l];
     const k_wide share = 2.0 * (residual + 8.0 * K_LANE_EPS / state->co) / state->left;
@@ -484,7 +666,7 @@ static inline void k_lanes_finish(k_lanes *job, int half, int d, bool has_weight
 }
 
 /* One vector of polygons, with what the compiler is to know inserted. */
-static inline void k_lanes_half(k_lanes *job, int half, int d, k_lane_form form, bool has_weights)
+K_LANE_INLINE void k_lanes_half(k_lanes *job, int half, int d, k_lane_form form, bool has_weights)
 {
     double *buffer = job->buffer;
     k_lane_state state = {0};
@@ -497,14 +679,14 @@ static inline void k_lanes_half(k_lanes *job, int half, int d, k_lane_form form,
         writes = writes || job->out[half * K_WIDE + l] != NULL;
     if (writes) ahead = K_LANE_AHEAD;
     state.co += 1.0;
-    k_lanes_begin(job, half, d, form, has_weights, buffer, &sums, &bad);
+    k_lanes_begin(job, half, d, form, has_weights, true, buffer, &sums, &bad);
     state.is_over = bad;
-    k_lanes_step(d, job->tolerance, ahead, &sums, &state);
+    k_lanes_step(d, true, job->tolerance, ahead, &sums, &state);
     for (;;) {
         k_wide_bits is_open = ~state.is_over;
         while (n_passes < K_LANE_PASSES && k_lanes_any(&is_open)) {
             k_lanes_look(job->n, d, has_weights, buffer, &state, &sums);
-            k_lanes_step(d, job->tolerance, ahead, &sums, &state);
+            k_lanes_step(d, false, job->tolerance, ahead, &sums, &state);
             ++n_passes;
             is_open = ~state.is_over;
         }
@@ -534,7 +716,7 @@ static inline void k_lanes_run(k_lanes *job)
                 k_lanes_half(job, half, 3, K_LANE_VERTICES, true);
             else if (job->form == K_LANE_EDGES)
                 k_lanes_half(job, half, 3, K_LANE_EDGES, true);
-            else if (job->length != NULL)
+            else if (job->length[0] != NULL)
                 k_lanes_half(job, half, 3, K_LANE_DIRECTIONS, true);
             else
                 k_lanes_half(job, half, 3, K_LANE_DIRECTIONS, false);
@@ -543,7 +725,7 @@ static inline void k_lanes_run(k_lanes *job)
                 k_lanes_half(job, half, 2, K_LANE_VERTICES, true);
             else if (job->form == K_LANE_EDGES)
                 k_lanes_half(job, half, 2, K_LANE_EDGES, true);
-            else if (job->length != NULL)
+            else if (job->length[0] != NULL)
                 k_lanes_half(job, half, 2, K_LANE_DIRECTIONS, true);
             else
                 k_lanes_half(job, half, 2, K_LANE_DIRECTIONS, false);
@@ -560,7 +742,7 @@ static inline double *k_lanes_buffer(const k_lanes *job, int half)
 
 static inline bool k_lanes_weighted(const k_lanes *job)
 {
-    return job->form != K_LANE_DIRECTIONS || job->length != NULL;
+    return job->form != K_LANE_DIRECTIONS || job->length[0] != NULL;
 }
 
 static inline void k_lanes_store(const k_lane_sums *s, int half, k_lane_table table)
@@ -575,8 +757,7 @@ static inline void k_lanes_store(const k_lane_sums *s, int half, k_lane_table ta
     }
 }
 
-/* The first look, as k_lanes_begin. Returns whether all directions are such. length of K_LANE_DIRECTIONS is that of all lanes: for pieces of
- * different lengths lanes cannot do it. */
+/* The first look, as k_lanes_begin. Returns whether all directions are such. */
 static inline bool k_lanes_first(const k_lanes *job, k_lane_table table)
 {
     bool good = true;
@@ -585,17 +766,21 @@ static inline bool k_lanes_first(const k_lanes *job, k_lane_table table)
         k_wide_bits bad;
         double *buffer = k_lanes_buffer(job, half);
         if (job->d == 3 && job->form == K_LANE_VERTICES)
-            k_lanes_begin(job, half, 3, K_LANE_VERTICES, true, buffer, &s, &bad);
+            k_lanes_begin(job, half, 3, K_LANE_VERTICES, true, false, buffer, &s, &bad);
         else if (job->d == 3 && job->form == K_LANE_EDGES)
-            k_lanes_begin(job, half, 3, K_LANE_EDGES, true, buffer, &s, &bad);
+            k_lanes_begin(job, half, 3, K_LANE_EDGES, true, false, buffer, &s, &bad);
+        else if (job->d == 3 && job->length[0] != NULL)
+            k_lanes_begin(job, half, 3, K_LANE_DIRECTIONS, true, false, buffer, &s, &bad);
         else if (job->d == 3)
-            k_lanes_begin(job, half, 3, K_LANE_DIRECTIONS, false, buffer, &s, &bad);
+            k_lanes_begin(job, half, 3, K_LANE_DIRECTIONS, false, false, buffer, &s, &bad);
         else if (job->form == K_LANE_VERTICES)
-            k_lanes_begin(job, half, 2, K_LANE_VERTICES, true, buffer, &s, &bad);
+            k_lanes_begin(job, half, 2, K_LANE_VERTICES, true, false, buffer, &s, &bad);
         else if (job->form == K_LANE_EDGES)
-            k_lanes_begin(job, half, 2, K_LANE_EDGES, true, buffer, &s, &bad);
+            k_lanes_begin(job, half, 2, K_LANE_EDGES, true, false, buffer, &s, &bad);
+        else if (job->length[0] != NULL)
+            k_lanes_begin(job, half, 2, K_LANE_DIRECTIONS, true, false, buffer, &s, &bad);
         else
-            k_lanes_begin(job, half, 2, K_LANE_DIRECTIONS, false, buffer, &s, &bad);
+            k_lanes_begin(job, half, 2, K_LANE_DIRECTIONS, false, false, buffer, &s, &bad);
         k_lanes_store(&s, half, table);
         good = good && !k_lanes_any(&bad);
     }
@@ -633,28 +818,31 @@ static inline void k_lanes_again(const k_lanes *job, const double *w, double co,
     }
 }
 
-/* Adds up each lane's edges from w, and writes them: job->sum, job->stretch. fix [d] is taken off vertices with each unit of length; NULL:
- * nothing. */
-static inline void k_lanes_last(k_lanes *job, const double *w, double co, const double *fix, bool writes)
+/* Adds up each lane's edges from w, and writes them if that is wanted: job->sum, and job->stretch unless vertices are written, these with
+ * job->fix if that is wanted. */
+static inline void k_lanes_last(k_lanes *job, const double *w, double co, bool fixes, bool writes)
 {
+    const k_lane_task task = {.writes = writes,
+                              .as_edges = job->as_edges,
+                              .fixes = fixes,
+                              .log_stretch = job->log_stretch && (!writes || job->as_edges),
+                              .all = true,
+                              .streams = writes && job->streams};
     for (int half = 0; half < K_HALVES; ++half) {
         const double *buffer = k_lanes_buffer(job, half);
-        const bool stretch = job->log_stretch && !writes;
-        k_wide sum[3], wide_fix[3] = {{0}};
+        k_wide sum[3], fix[3];
         k_lane_state state;
         k_lanes_set(&state, job->d, w, co);
-        for (int k = 0; k < job->d && fix != NULL; ++k)
-            wide_fix[k] = (k_wide){0} + fix[k];
-        if (job->d == 3 && !writes)
-            k_lanes_write(job, half, 3, k_lanes_weighted(job), stretch, true, true, false, buffer, &state, NULL, sum);
+        for (int k = 0; k < job->d; ++k)
+            fix[k] = (k_wide){0} + job->fix[k];
+        if (job->d == 3 && k_lanes_weighted(job))
+            k_lanes_write(job, half, 3, true, task, buffer, &state, NULL, fix, sum);
         else if (job->d == 3)
-            k_lanes_write(job, half, 3, k_lanes_weighted(job), false, job->as_edges, true, true, buffer, &state,
-                          fix == NULL ? NULL : wide_fix, sum);
-        else if (!writes)
-            k_lanes_write(job, half, 2, k_lanes_weighted(job), stretch, true, true, false, buffer, &state, NULL, sum);
+            k_lanes_write(job, half, 3, false, task, buffer, &state, NULL, fix, sum);
+        else if (k_lanes_weighted(job))
+            k_lanes_write(job, half, 2, true, task, buffer, &state, NULL, fix, sum);
         else
-            k_lanes_write(job, half, 2, k_lanes_weighted(job), false, job->as_edges, true, true, buffer, &state,
-                          fix == NULL ? NULL : wide_fix, sum);
+            k_lanes_write(job, half, 2, false, task, buffer, &state, NULL, fix, sum);
         for (int l = 0; l < K_WIDE; ++l)
             for (int k = 0; k < job->d; ++k)
                 job->sum[half * K_WIDE + l][k] = sum[k][l];
@@ -674,9 +862,9 @@ static inline void k_lanes_one_step(int d, double tolerance, double ahead, const
     for (int k = 0; k < 5; ++k)
         s.two[k] += sums[4 + k];
     if (d == 3)
-        k_lanes_step(3, tolerance, ahead, &s, &state);
+        k_lanes_step(3, false, tolerance, ahead, &s, &state);
     else
-        k_lanes_step(2, tolerance, ahead, &s, &state);
+        k_lanes_step(2, false, tolerance, ahead, &s, &state);
     for (int k = 0; k < d; ++k)
         point->w[k] = state.w[k][0];
     point->co = state.co[0];

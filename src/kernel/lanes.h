@@ -12,7 +12,7 @@
 typedef enum k_lane_form {
     K_LANE_VERTICES,  /* [n + 1][d] of an open polygon */
     K_LANE_EDGES,     /* [n][d] */
-    K_LANE_DIRECTIONS /* [n][d] unit vectors to 1e-6; lengths as told */
+    K_LANE_DIRECTIONS /* [n][d] unit vectors to 1e-6; lengths apart */
 } k_lane_form;
 
 typedef struct k_lanes {
@@ -21,13 +21,16 @@ typedef struct k_lanes {
     int d; /* 2 or 3 */
     int64_t n;
     const double *x[K_LANES];
-    const double *length;     /* [n] of K_LANE_DIRECTIONS; NULL: 1 */
-    double tolerance;         /* of the certified distance; 0: as far as doubles go */
-    double *buffer;           /* [n][d + 1][K_LANES] */
-    double start[K_LANES][3]; /* vertex 0 of what is written */
-    double *out[K_LANES];     /* [n][d]; NULL: of this lane nothing is written */
-    bool as_edges;            /* written are edges, not vertices */
-    bool log_stretch;         /* is wanted */
+    const double *length[K_LANES]; /* [n] of K_LANE_DIRECTIONS; NULL, all of them: 1 */
+    double tolerance;              /* of the certified distance; 0: as far as doubles go */
+    double *buffer;                /* [n][d + 1][K_LANES] */
+    double start[K_LANES][3];      /* vertex 0 of what is written */
+    double fix[3];                 /* of one polygon in all lanes: see k_lane_writer */
+    double *out[K_LANES];          /* [n][d]; NULL: of this lane nothing is written */
+    bool as_edges;                 /* written are edges, not vertices */
+    bool log_stretch;              /* is wanted */
+    bool is_far;                   /* x comes from memory, not from a cache */
+    bool streams;                  /* out is written past the caches; all of it starts at 64 aligned bytes */
     /* out */
     bool is_done
         [K_LANES]; /* else: leave it to the way that does not mind where the barycenter lies; nothing was written */

@@ -7,6 +7,8 @@
 #ifndef LOXO_KERNEL_MOMENT_KERNEL_H
 #define LOXO_KERNEL_MOMENT_KERNEL_H
 
+#include "kernel/moments.h"
+
 #include <stddef.h>
 #include <stdint.h>
 
@@ -17,10 +19,13 @@
 #endif
 #define K_HALVES (8 / K_WIDE)
 typedef double k_wide __attribute__((vector_size(8 * K_WIDE)));
+typedef int64_t k_wide_bits __attribute__((vector_size(8 * K_WIDE)));
 typedef double k_wide_anywhere __attribute__((vector_size(8 * K_WIDE), aligned(8), may_alias));
 
 /* A macro: functions that return vectors have no agreed way to do so on every processor. */
 #define K_WIDE_LOAD(p) (*(const k_wide_anywhere *)(const void *)(p))
+/* mask is all ones or all zeros a lane */
+#define K_WIDE_CHOOSE(mask, a, b) ((k_wide)(((mask) & (k_wide_bits)(a)) | (~(mask) & (k_wide_bits)(b))))
 
 /* Coordinates of K_WIDE atoms, which stand one behind the other. */
 static inline void k_load_atoms3(const double *p, k_wide *x, k_wide *y, k_wide *z)
@@ -184,6 +189,76 @@ static inline void k_moments2(const double *atom, const double *weight, int64_t 
     for (int64_t i = whole; i < n; ++i)
         k_add_atom(2, atom + 2 * i, weight == NULL ? 1.0 : weight[i], w, co, lanes, (int)(i - whole));
     for (int k = 0; k < 6; ++k)
+        sums[k] = k_add_lanes(lanes + (ptrdiff_t)8 * k);
+}
+
+static inline void k_look_at_atom(int d, const double *x, double p, k_first_look *look)
+{
+    double square = x[0] * x[0];
+    for (int k = 1; k < d; ++k)
+        square += x[k] * x[k];
+    const double off = (square - 1.0) * (square - 1.0);
+    look->off = off > look->off ? off : look->off;
+    look->least = p < look->least ? p : look->least;
+}
+
+/* k_moments2, k_moments3 from the centre for unit vectors, which this looks at: there v is x, and nothing is divided. d: 2 or 3. */
+static inline void k_first_moments(int d, const double *atom, const double *weight, int64_t n, double *sums,
+                                   k_first_look *look)
+{
+    static const double centre[3] = {0.0, 0.0, 0.0};
+    const int n_sums = d == 3 ? 10 : 6;
+    const int64_t eights = n / 8, whole = 8 * eights;
+    k_wide s[10][K_HALVES], off[K_HALVES], least[K_HALVES];
+    for (int h = 0; h < K_HALVES; ++h) {
+        off[h] = (k_wide){0};
+        least[h] = (k_wide){0} + 1.0;
+        for (int k = 0; k < n_sums; ++k)
+            s[k][h] = (k_wide){0};
+    }
+    for (int64_t i = 0; i < whole; i += 8) {
+        for (int c = 0; c < d; ++c)
+            __builtin_prefetch(atom + d * i + 512 + (ptrdiff_t)8 * c);
+        for (int h = 0; h < K_HALVES; ++h) {
+            k_wide x[3], px[3];
+            if (d == 3)
+                k_load_atoms3(atom + 3 * (i + (int64_t)K_WIDE * h), &x[0], &x[1], &x[2]);
+            else
+                k_load_atoms2(atom + 2 * (i + (int64_t)K_WIDE * h), &x[0], &x[1]);
+            k_wide square = x[0] * x[0] + x[1] * x[1];
+            if (d == 3) square += x[2] * x[2];
+            square = (square - 1.0) * (square - 1.0);
+            off[h] = K_WIDE_CHOOSE(square > off[h], square, off[h]);
+            for (int k = 0; k < d; ++k)
+                px[k] = x[k];
+            if (weight != NULL) {
+                const k_wide p = K_WIDE_LOAD(weight + i + (int64_t)K_WIDE * h);
+                least[h] = K_WIDE_CHOOSE(p < least[h], p, least[h]);
+                s[0][h] += p;
+                for (int k = 0; k < d; ++k)
+                    px[k] = p * x[k];
+            }
+            for (int k = 0, at = 1 + d; k < d; ++k) {
+                s[1 + k][h] += px[k];
+                for (int j = k; j < d; ++j, ++at)
+                    s[at][h] += px[k] * x[j];
+            }
+        }
+    }
+    double lanes[80];
+    *look = (k_first_look){.off = 0.0, .least = 1.0};
+    for (int l = 0; l < 8; ++l) {
+        for (int k = 0; k < n_sums; ++k)
+            lanes[8 * k + l] = weight == NULL && k == 0 ? (double)eights : s[k][l / K_WIDE][l % K_WIDE];
+        look->off = off[l / K_WIDE][l % K_WIDE] > look->off ? off[l / K_WIDE][l % K_WIDE] : look->off;
+        look->least = least[l / K_WIDE][l % K_WIDE] < look->least ? least[l / K_WIDE][l % K_WIDE] : look->least;
+    }
+    for (int64_t i = whole; i < n; ++i) {
+        const double p = weight == NULL ? 1.0 : weight[i];
+        k_look_at_atom(d, atom + d * i, p, look);
+        k_add_atom(d, atom + d * i, p, centre, 1.0, lanes, (int)(i - whole));
+    }
+    for (int k = 0; k < n_sums; ++k)
         sums[k] = k_add_lanes(lanes + (ptrdiff_t)8 * k);
 }
 

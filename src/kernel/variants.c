@@ -103,6 +103,18 @@ static void moments3(const double *atom, const double *weight, int64_t n, const 
         k_moments3(atom, weight, n, w, co, sums);
 }
 
+static void first_moments(int d, const double *atom, const double *weight, int64_t n, double *sums, k_first_look *look)
+{
+    if (d == 3 && weight == NULL)
+        k_first_moments(3, atom, NULL, n, sums, look);
+    else if (d == 3)
+        k_first_moments(3, atom, weight, n, sums, look);
+    else if (weight == NULL)
+        k_first_moments(2, atom, NULL, n, sums, look);
+    else
+        k_first_moments(2, atom, weight, n, sums, look);
+}
+
 static void lanes(k_lanes *job) { k_lanes_run(job); }
 
 static bool lanes_first(const k_lanes *job, k_lane_table table) { return k_lanes_first(job, table); }
@@ -112,9 +124,9 @@ static void lanes_again(const k_lanes *job, const double *w, double co, k_lane_t
     k_lanes_again(job, w, co, table);
 }
 
-static void lanes_last(k_lanes *job, const double *w, double co, const double *fix, bool writes)
+static void lanes_last(k_lanes *job, const double *w, double co, bool fixes, bool writes)
 {
-    k_lanes_last(job, w, co, fix, writes);
+    k_lanes_last(job, w, co, fixes, writes);
 }
 
 static void lanes_one_step(int d, double tolerance, double ahead, const double sums[9], k_lane_point *point)
@@ -155,6 +167,7 @@ const k_variant K_VARIANT = {.name = K_VARIANT_TEXT,
                              .look = look,
                              .moments2 = moments2,
                              .moments3 = moments3,
+                             .first_moments = first_moments,
                              .lanes = lanes,
                              .lanes_first = lanes_first,
                              .lanes_again = lanes_again,

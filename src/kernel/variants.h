@@ -9,6 +9,7 @@
 #include "kernel/extension_kernel.h"
 #include "kernel/jet_kernel.h"
 #include "kernel/lanes.h"
+#include "kernel/moments.h"
 #include "kernel/unfold_kernel.h"
 
 #include <loxo/context.h>
@@ -37,10 +38,11 @@ typedef struct k_variant {
     void (*moments2)(const double *atom, const double *weight, int64_t n, const double w[2], double co, double sums[6]);
     void (*moments3)(const double *atom, const double *weight, int64_t n, const double w[3], double co,
                      double sums[10]);
+    void (*first_moments)(int d, const double *atom, const double *weight, int64_t n, double *sums, k_first_look *look);
     void (*lanes)(k_lanes *job); /* see lane_kernel.h */
     bool (*lanes_first)(const k_lanes *job, k_lane_table table);
     void (*lanes_again)(const k_lanes *job, const double *w, double co, k_lane_table table);
-    void (*lanes_last)(k_lanes *job, const double *w, double co, const double *fix, bool writes);
+    void (*lanes_last)(k_lanes *job, const double *w, double co, bool fixes, bool writes);
     void (*lanes_one_step)(int d, double tolerance, double ahead, const double sums[9], k_lane_point *point);
     /* see ball_kernel.h */
     void (*shifts3)(int n_shifts, const double (*w)[3], const double *co, int64_t n, const double *x, double *y);

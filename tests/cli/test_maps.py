@@ -131,7 +131,8 @@ def extend_makes_a_disk():
     n = fitting(3000)
     curve = [(math.cos(t), 0.8 * math.sin(t), 0.6 * math.sin(2 * t)) for t in (2 * math.pi * i / 100 for i in range(100))]
     write("curve.csv", "".join(f"{x},{y},{z}\n" for x, y, z in curve).encode())
-    loxo("extend", "curve.csv", "-o", "x.ply", "--points", "100").fails(2, "sample 1 is not on the unit sphere within 1e-6")
+    loxo("extend", "curve.csv", "-o", "x.ply", "--points", "100").fails(
+        4, r"^curve\.csv: error: sample 1 is not on the unit sphere within 1e-6$")
     r = loxo("extend", "curve.csv", "--normalize", "--points", str(n), "-o", "x.ply", "-o", "x.csv", "-o", "x.off",
              "--json", "r.json").is_code(0)
     r.has_err(r"^points +[0-9,]+: nodes fixed at [0-9,]+, moving at [0-9,]+, on the circle [0-9,]+, resting 0$")
@@ -175,11 +176,13 @@ def extend_says_what_does_not_fit():
     write("space.csv", b"1,0,0,0\n0,1,0,0\n0,0,1,0\n")
     before = files()
     loxo("extend", "a.csv").fails(2, "extend: no output")
-    loxo("extend", "a.csv", "--at", "outside.csv", "-o", "x.csv").fails(2, "point 1 is not in the unit disk")
+    loxo("extend", "a.csv", "--at", "outside.csv", "-o", "x.csv").fails(
+        4, r"^outside\.csv: error: point 1 is not in the unit disk$")
     loxo("extend", "a.csv", "--at", "four.csv", "-o", "x.csv").fails(5, r"^four\.csv: error: points are rows of 2 numbers")
     loxo("extend", "a.csv", "--at", "outside.csv", "-o", "x.ply").fails(5, "values at points go to")
     loxo("extend", "a.csv", "--at", "outside.csv", "--picture", "x.png").fails(2, "picture")
-    loxo("extend", "opposite.csv", "-o", "x.ply", "--points", "100").fails(2, "sample 0 is opposite to the next one")
+    loxo("extend", "opposite.csv", "-o", "x.ply", "--points", "100").fails(
+        4, r"^opposite\.csv: error: sample 0 is opposite to the next one$")
     loxo("extend", "outside.csv", "-o", "x.ply", "--points", "100").fails(2, "at least 3 samples")
     loxo("extend", "space.csv", "-o", "x.ply").fails(5, "a disk in 4 dimensions is no surface")
     loxo("extend", "a.csv", "-o", "x.ply", "--nodes", "3").fails(2, "nodes")
@@ -194,7 +197,9 @@ def extend_says_what_does_not_fit():
 def extend_a_map_of_the_sphere():
     sphere("s.ply", 200)
     octahedron("o.off")
+    octahedron("large.off", (2, 2, 2))
     write("at.csv", b"0.1,0.2,-0.3\n0,0,0\n0,0.6,0.8\n")
+    write("outside.csv", b"0,0,0\n0.9,0.9,0\n")
     loxo("extend", "s.ply", "--map", "s.ply", "--at", "at.csv", "-o", "out.csv", "--piece", "0.25", "--json",
          "r.json").is_code(0).has_err(r"^points +3, on the sphere 1, resting 0$")
     for row, kind in zip(rows("out.csv"), (0, 0, 1)):
@@ -204,8 +209,22 @@ def extend_a_map_of_the_sphere():
     loxo("extend", "s.ply", "--map", "o.off", "--at", "at.csv", "-o", "x.csv").fails(
         6, r"^o\.off: error: does not have the vertices and faces of the sphere$")
     loxo("extend", "s.ply", "--map", "s.ply", "-o", "x.csv").fails(2, "give points of the ball")
+    loxo("extend", "o.off", "--map", "large.off", "--at", "at.csv", "-o", "x.csv").fails(
+        6, r"error: extension: the image of vertex 0 is not on the unit sphere within 1e-6$")
+    loxo("extend", "s.ply", "--map", "s.ply", "--at", "outside.csv", "-o", "x.csv").fails(
+        4, r"^outside\.csv: error: point 1 is not in the unit ball$")
     loxo("extend", "s.ply", "--map", "s.ply", "--at", "at.csv", "-o", "x.ply").fails(5, "values at points go to")
     assert files() == before
+
+
+@test
+def extend_estimates_a_map_of_the_sphere():
+    ball = sphere("s.ply", 3000)
+    for z in (0.3, 0.99, 0.99999):
+        write("at.csv", f"0,0,{z}\n0,{-z},0\n".encode())
+        told = loxo("extend", ball, "--map", ball, "--at", "at.csv", "--estimate", "--json", "-").is_code(0).json["estimate"]
+        took = loxo("extend", ball, "--map", ball, "--at", "at.csv", "-o", "x.csv", "--json", "-").is_code(0).json["memory"]
+        assert took["peak_bytes"] <= told["peak_bytes"] <= 4 * took["peak_bytes"] + 1000000, (z, told, took)
 
 
 main()

@@ -123,6 +123,9 @@ def what_does_not_fit_is_said():
     npy("deep.npy", (1, 1, 1, 2), [0, 0])
     npy("flat.npy", (4,), [0, 0, 1, 1])
     write("nan.csv", b"0,0\n1,nan\n2,2\n")
+    npy("nan.npy", (3, 2), [0, 0, 1, math.nan, 2, 2])
+    write("l.csv", b"1\n-2\n1.5\n")
+    write("zero.csv", b"0\n0\n0\n")
     before = files()
     loxo("polygon", "open", "open.csv").fails(2, "polygon: close or sample, not 'open'")
     loxo("polygon", "close", "-o", "x.csv").fails(2, "close takes a file")
@@ -134,21 +137,40 @@ def what_does_not_fit_is_said():
     loxo("polygon", "sample", "-o", "x.csv").fails(2, "either --sides N or --lengths FILE")
     loxo("polygon", "sample", "--sides", "2", "-o", "x.csv").fails(2, "--sides takes a whole number from 3")
     loxo("polygon", "sample", "--sides", "4x", "-o", "x.csv").fails(2, "--sides takes a whole number")
-    loxo("polygon", "sample", "--lengths", "w.csv", "-o", "x.csv").fails(2, "at least|no polygon closes")
+    loxo("polygon", "sample", "--lengths", "w.csv", "-o", "x.csv").fails(4, r"^w\.csv: error: .*(at least|no polygon closes)")
+    loxo("polygon", "sample", "--lengths", "l.csv", "-o", "x.csv").fails(4, r"^l\.csv: error: .*length 1 is -2")
+    loxo("polygon", "close", "nan.npy", "-o", "x.csv").fails(4, r"^nan\.npy: error: row 1 is not finite$")
     loxo("polygon", "close", "bad.csv", "-o", "x.csv").fails(4, r"^bad\.csv:2: error: row 1: more than 2 values")
     loxo("polygon", "close", "deep.npy", "-o", "x.csv").fails(5, r"^deep\.npy: byte 10: error: .*not of one to three dimensions")
     loxo("polygon", "close", "flat.npy", "-o", "x.csv").fails(5, r"^flat\.npy: error: not rows of 2 to 64 coordinates")
     loxo("polygon", "close", "none.csv", "-o", "x.csv").fails(3, "none.csv")
     loxo("polygon", "close", "open.csv", "-o", "x.ply").fails(5, "x.ply")
-    loxo("barycenter", "off.csv").fails(2, "atom 1 is not a point of the sphere")
+    loxo("barycenter", "off.csv").fails(4, r"^off\.csv: error: atom 1 is not a point of the sphere")
+    loxo("barycenter", "t.csv", "--weights", "l.csv").fails(4, r"^l\.csv: error: the weight of atom 1 is -2$")
+    loxo("barycenter", "t.csv", "--weights", "zero.csv").fails(4, r"^zero\.csv: error: .* weights add up to 0")
     loxo("barycenter", "t.csv", "--weights", "w.csv").fails(2, r"^w\.csv: error: holds 2 weights, there are 3 points$")
     loxo("barycenter", "flat.npy").fails(5, "flat.npy")
     loxo("barycenter", "t.csv", "--tolerance", "-1").fails(2, "tolerance")
     loxo("polygon", "close", "nan.csv", "-o", "x.csv").fails(4, r'^nan\.csv:2: error: row 1: "nan" is not a number$')
     assert files() == before
-    npy("nan.npy", (3, 2), [0, 0, 1, math.nan, 2, 2])
-    r = loxo("polygon", "close", "nan.npy", "-o", "x.csv").is_code(8).has_err("1 polygons have numbers that are not finite")
+    write("none.csv", b"0,0\n0,0\n0,0\n")
+    r = loxo("polygon", "close", "none.csv", "-o", "x.csv").is_code(8).has_err("1 polygons have .* no length")
     assert rows("x.csv") == [[0, 0], [0, 0]], r
+
+
+@test
+def estimates_are_above_what_runs_take():
+    n = 4000
+    points = [math.cos(i) * (1, 0)[k] + math.sin(i) * (0, 1)[k] for i in range(n) for k in range(2)]
+    npy("points.npy", (n, 2), points)
+    npy("batch.npy", (10, n // 10, 2), points)
+    write("points.csv", "".join(f"{points[2 * i]!r},{points[2 * i + 1]!r}\n" for i in range(n)).encode())
+    for command in (["barycenter", "points.npy"], ["barycenter", "points.csv"], ["polygon", "close", "batch.npy"],
+                    ["polygon", "close", "points.csv"], ["polygon", "sample", "--sides", "100", "-n", "500"]):
+        out = [] if command[0] == "barycenter" else ["-o", "x.npy"]
+        told = loxo(*command, "--estimate", "--json", "-").is_code(0).json["estimate"]
+        took = loxo(*command, *out, "--json", "-").is_code(0).json["memory"]["peak_bytes"]
+        assert took <= told["peak_bytes"] <= 4 * took + 1000000, (command, told, took)
 
 
 main()

@@ -225,7 +225,7 @@ TEST(bad_input_is_named)
     for (int i = 0; i < 3; ++i) {
         const double keep[3] = {m.y[6], m.y[7], m.y[8]};
         m.y[6] = m.y[7] = m.y[8] = wrong[i];
-        CHECK_STATUS(test_context, EXTEND(&m.map), LOXO_ERR_ARGUMENT);
+        CHECK_STATUS(test_context, EXTEND(&m.map), LOXO_ERR_MESH);
         CHECK_EQUAL(loxo_context_failure(test_context)->element, 2);
         memcpy(m.y + 6, keep, sizeof keep);
         z[1] = i == 2 ? (double)NAN : 1.5;

@@ -83,12 +83,13 @@ static hyper_result solve(const cloud *c, hyper_method method, double tolerance,
 {
     hyper_settings settings = hyper_settings_default();
     hyper_atoms atoms = c->atoms;
+    hyper_moments first;
     hyper_result r;
     settings.method = method;
     settings.tolerance = tolerance;
     settings.max_iterations = 5000;
-    CHECK_OK(hyper_check_atoms(test_context, "test", &atoms));
-    CHECK_STATUS(test_context, hyper_barycenter(test_context, &atoms, &settings, &r), expected);
+    CHECK_OK(hyper_check_atoms(test_context, "test", &atoms, &first));
+    CHECK_STATUS(test_context, hyper_barycenter(test_context, &atoms, &first, &settings, &r), expected);
     return r;
 }
 
@@ -131,6 +132,28 @@ TEST(moments_are_those_of_the_shifted_atoms)
     }
 }
 
+/* Unit vectors in doubles are taken as they are; others are put on the sphere, wherever the first of them stands. */
+TEST(the_check_looks_from_the_centre)
+{
+    static const double centre[6] = {0.0};
+    for (int d = 2; d <= 6; ++d)
+        for (int off = 0; off < 3; ++off) {
+            cloud c = cloud_random(9001, d, 3, 0.4, d % 2 == 0);
+            hyper_moments first, m;
+            for (int k = 0; k < d && off > 0; ++k)
+                c.x[(off == 1 ? 20 : 8999) * d + k] *= 1.0 + 1e-7;
+            CHECK_OK(hyper_check_atoms(test_context, "test", &c.atoms, &first));
+            if (off > 0) CHECK(!c.atoms.is_unit);
+            CHECK_OK(hyper_find_moments(test_context, &c.atoms, centre, 1.0, &m));
+            CHECK_NEAR(first.weight, m.weight, 1e-15 * m.weight);
+            for (int k = 0; k < d; ++k)
+                CHECK_NEAR(first.mean[k], m.mean[k], 4e-16); /* |x|^2 is off 1 by 8e-16 at most */
+            for (int k = 0; k < d * (d + 1) / 2; ++k)
+                CHECK_NEAR(first.second[k], m.second[k], 1e-15);
+            cloud_free(&c);
+        }
+}
+
 TEST(same_bits_for_all_instruction_sets_and_threads)
 {
     uint64_t hash[2] = {0, 0};
@@ -145,7 +168,9 @@ TEST(same_bits_for_all_instruction_sets_and_threads)
                 settings.n_threads = n_threads;
                 if (loxo_context_create(&settings, &ctx) != LOXO_OK) continue; /* not of this processor */
                 cloud c = cloud_random(100001, d, 17, 0.7, d == 2);
-                CHECK_STATUS(ctx, hyper_barycenter(ctx, &c.atoms, &how, &r), LOXO_OK);
+                hyper_moments first;
+                CHECK_STATUS(ctx, hyper_check_atoms(ctx, "test", &c.atoms, &first), LOXO_OK);
+                CHECK_STATUS(ctx, hyper_barycenter(ctx, &c.atoms, &first, &how, &r), LOXO_OK);
                 const uint64_t own = test_hash(r.w, (size_t)d * sizeof *r.w) ^ test_hash(&r.bound, sizeof r.bound);
                 if (hash[d - 2] == 0) hash[d - 2] = own;
                 CHECK(own == hash[d - 2]);
@@ -236,7 +261,7 @@ TEST(certificates_hold)
             hyper_result r;
             settings.max_iterations = most;
             settings.tolerance = 1e-300; /* never met */
-            (void)hyper_barycenter(test_context, &c.atoms, &settings, &r);
+            (void)hyper_barycenter(test_context, &c.atoms, NULL, &settings, &r);
             const double truth = distance(c.atoms.d, r.w, r.co, end.w, end.co);
             if (r.frame_bound < HUGE_VAL) CHECK(r.bound >= truth - end.bound);
             if (r.q < 1.0) CHECK(r.frame_bound <= 0.5 * r.lambda * r.q + 1e-14);
@@ -321,7 +346,7 @@ TEST(steps_descend)
             hyper_result r;
             settings.max_iterations = most;
             settings.tolerance = 1e-300;
-            (void)hyper_barycenter(test_context, &c.atoms, &settings, &r);
+            (void)hyper_barycenter(test_context, &c.atoms, NULL, &settings, &r);
             const double now = potential(&c, r.w, r.co);
             CHECK(now <= before + 1e-12);
             before = now;
@@ -404,7 +429,8 @@ TEST(bad_atoms_are_named)
         if (k == 4) c.x[3 * 4321 + 2] *= 1.1;
         for (int64_t i = 0; i < 5000 && k == 5; ++i)
             c.weight[i] = 0.0;
-        CHECK_STATUS(test_context, hyper_check_atoms(test_context, "test", &c.atoms), LOXO_ERR_ARGUMENT);
+        hyper_moments first;
+        CHECK_STATUS(test_context, hyper_check_atoms(test_context, "test", &c.atoms, &first), LOXO_ERR_ARGUMENT);
         if (k < 5) CHECK_EQUAL(loxo_context_failure(test_context)->element, 4321);
         cloud_free(&c);
     }
@@ -448,7 +474,7 @@ static loxo_status solve_with_allocations(loxo_context *ctx, void *arg)
 {
     const hyper_settings settings = hyper_settings_default();
     hyper_result r;
-    return hyper_barycenter(ctx, arg, &settings, &r);
+    return hyper_barycenter(ctx, arg, NULL, &settings, &r);
 }
 
 TEST(each_allocation_fails)

@@ -17,7 +17,7 @@ _Static_assert((int)HYPER_ABIKOFF_YE == (int)LOXO_BARYCENTER_ABIKOFF_YE &&
                    (int)HYPER_STOP_MONITOR == (int)LOXO_BARYCENTER_STOP_MONITOR,
                "the lists are alike");
 
-static loxo_status check(loxo_context *ctx, const loxo_atoms *atoms, hyper_atoms *out)
+static loxo_status check(loxo_context *ctx, const loxo_atoms *atoms, hyper_atoms *out, hyper_moments *first)
 {
     if (atoms == NULL || atoms->n <= 0) return loxo_fail(ctx, LOXO_ERR_ARGUMENT, "barycenter: no atoms");
     if (atoms->d < 2 || atoms->d > HYPER_MOST_DIMENSIONS)
@@ -28,7 +28,7 @@ static loxo_status check(loxo_context *ctx, const loxo_atoms *atoms, hyper_atoms
     if (atoms->n > INT64_MAX / 8 / atoms->d) return loxo_fail(ctx, LOXO_ERR_LIMIT, "barycenter: too many atoms");
     *out =
         (hyper_atoms){.n = atoms->n, .d = atoms->d, .x = atoms->x, .x_float = atoms->x_float, .weight = atoms->weight};
-    return hyper_check_atoms(ctx, "barycenter", out);
+    return hyper_check_atoms(ctx, "barycenter", out, first);
 }
 
 static void tell_map(const hyper_result *r, int d, loxo_moebius *map)
@@ -76,17 +76,18 @@ loxo_status loxo_barycenter(loxo_context *ctx, const loxo_atoms *atoms, const lo
     const double start_s = loxo_os_clock_s();
     hyper_settings how = hyper_settings_default();
     hyper_atoms checked;
+    hyper_moments first;
     hyper_result result;
     if (info == NULL) return loxo_fail(ctx, LOXO_ERR_ARGUMENT, "barycenter: nowhere to put the answer");
     loxo_status status = loxo_options_check(ctx, "barycenter", loxo_barycenter_options, &s);
-    if (status >= 0) status = check(ctx, atoms, &checked);
+    if (status >= 0) status = check(ctx, atoms, &checked, &first);
     if (status < 0) return status;
     loxo_progress_begin(ctx);
     how.method = (hyper_method)s.method;
     how.tolerance = s.tolerance;
     how.max_iterations = s.max_iterations;
     how.regularization = s.regularization;
-    status = hyper_barycenter(ctx, &checked, &how, &result);
+    status = hyper_barycenter(ctx, &checked, &first, &how, &result);
     if (status < 0) return status;
     memset(info, 0, sizeof *info);
     tell(&result, checked.d, info);

@@ -52,7 +52,7 @@ const loxo_option loxo_extension_options[] = {
      .help = "of the quadrature"},
     SEARCH_TOLERANCE(loxo_extension_settings, "hyperbolic distance from the nodes' barycenter"),
     {.name = "max-iterations",
-     .type = LOXO_OPTION_INT,
+     .type = LOXO_OPTION_INT64,
      .offset = FIELD(max_iterations),
      .min = 1.0,
      .max = 1e6,
@@ -117,7 +117,7 @@ typedef struct answer {
     double w[EXTENSION_MOST_D], co, bound, error;
     loxo_extension_kind kind;
     rule rule;
-    int n_passes, n_coarse_passes;
+    int64_t n_passes, n_coarse_passes;
 } answer;
 
 /* A point of the disk: direction, |z|, co and beta = (1 - |z|) / (1 + |z|). */

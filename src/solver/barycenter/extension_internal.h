@@ -83,14 +83,14 @@ typedef struct extension_search {
     const double *weight; /* [n], NULL: all alike */
     double *own;          /* [n][d] where atoms may be shifted to; may be atom */
     double tolerance;
-    int max_passes;
+    int64_t max_passes;
     /* in and out: the atoms have been shifted so; shift 0 first */
     int n_turns;
     double turn[EXTENSION_MOST_TURNS][EXTENSION_MOST_D], turn_co[EXTENSION_MOST_TURNS];
     /* out */
     double w[EXTENSION_MOST_D], co; /* as seen from outside */
     double bound, error;            /* infinite: none */
-    int n_passes, n_coarse_passes;
+    int64_t n_passes, n_coarse_passes;
     bool is_done; /* the bound is within the tolerance, or as small as rounding lets it be */
 } extension_search;
 

@@ -40,7 +40,7 @@ const loxo_option loxo_sphere_extension_options[] = {
      .help = "longest side of a piece of a face over its distance from the point"},
     SEARCH_TOLERANCE(loxo_sphere_extension_settings, "hyperbolic distance from the nodes' barycenter"),
     {.name = "max-iterations",
-     .type = LOXO_OPTION_INT,
+     .type = LOXO_OPTION_INT64,
      .offset = FIELD(max_iterations),
      .min = 1.0,
      .max = 1e6,
@@ -189,7 +189,7 @@ static loxo_status copy_units(loxo_context *ctx, const char *what, int64_t n, in
     for (int64_t i = 0; i < n; ++i) {
         const double norm = sqrt(k_ball_dot(d, from + i * d, from + i * d)), away = fabs(norm - 1.0);
         if (!(away <= OFF_SPHERE))
-            return loxo_fail_at(ctx, LOXO_ERR_ARGUMENT, (loxo_place){.byte = -1, .element = i},
+            return loxo_fail_at(ctx, LOXO_ERR_MESH, (loxo_place){.byte = -1, .element = i},
                                 "extension: %s of vertex %" PRId64 " is not on the unit sphere within 1e-6", what, i);
         for (int k = 0; k < d; ++k)
             to[i * d + k] = away <= 2.3e-16 ? from[i * d + k] : from[i * d + k] / norm;

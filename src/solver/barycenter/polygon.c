@@ -61,15 +61,18 @@ static void close_eight(const closing *c, int64_t first, int64_t count, double *
     k_lanes job = {.form = (k_lane_form)p->form,
                    .d = p->d,
                    .n = p->n_edges,
-                   .length = p->form == LOXO_POLYGON_DIRECTIONS ? p->length : NULL,
                    .tolerance = c->settings->tolerance,
                    .buffer = buffer,
                    .as_edges = c->settings->edges,
-                   .log_stretch = c->log_factor != NULL};
+                   .log_stretch = c->log_factor != NULL,
+                   .is_far = polygon_is_far(p),
+                   .streams = polygon_is_far(p)};
     for (int l = 0; l < K_LANES; ++l) {
         job.x[l] = polygon_at(p, l < count ? first + l : first);
         if (p->form == LOXO_POLYGON_VERTICES) memcpy(job.start[l], job.x[l], (size_t)p->d * sizeof(double));
+        job.length[l] = p->form == LOXO_POLYGON_DIRECTIONS ? p->length : NULL;
         job.out[l] = l < count && c->out != NULL ? c->out + (first + l) * p->n_edges * p->d : NULL;
+        job.streams = job.streams && polygon_is_aligned(job.out[l]);
     }
     c->kernels->lanes(&job);
     for (int l = 0; l < count; ++l) {

@@ -163,7 +163,7 @@ loxo_status polygon_close_alone(loxo_context *ctx, const loxo_polygons *polygons
     hyper_result result;
     how.tolerance = settings->tolerance;
     how.max_iterations = settings->max_iterations;
-    const loxo_status status = hyper_barycenter(ctx, &atoms, &how, &result);
+    const loxo_status status = hyper_barycenter(ctx, &atoms, NULL, &how, &result);
     if (status < 0 || status == LOXO_STOPPED) return status;
     *report = (loxo_polygon_report){.length = r.length * back, .bound = result.frame_bound, .co = result.co};
     report->state = result.kind == HYPER_NONE         ? LOXO_POLYGON_CANNOT

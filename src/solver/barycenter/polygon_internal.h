@@ -8,6 +8,7 @@
 #include <loxo/polygon.h>
 
 #define POLYGON_MOST_LANE_EDGES 2048 /* beyond, buffers leave the cache, and one polygon is enough to fill vectors */
+#define POLYGON_FAR             ((int64_t)1 << 22) /* numbers of a batch that come from memory and go there */
 
 /* Room for one polygon at a time. */
 typedef struct polygon_room {
@@ -26,8 +27,7 @@ loxo_status polygon_close_batch(loxo_context *ctx, const loxo_polygons *polygons
                                 double *out, loxo_polygon_report *report, double *w, double *log_factor,
                                 loxo_polygon_info *info);
 
-/* polygon_large.c: one polygon of many edges in the plane or in space, alike directions or edges. false: it cannot be done so; out is
- * then of no use. buffer: [n_edges][d + 1]; chunk: of polygon_n_chunks, polygon_chunk_bytes each. */
+/* polygon_large.c: one polygon of many edges in the plane or in space. false: it cannot be done so; out is then of no use. buffer: [n_edges][d + 1]; chunk: of polygon_n_chunks, polygon_chunk_bytes each. */
 struct polygon_chunk;
 int64_t polygon_n_chunks(int64_t n_edges);
 size_t polygon_chunk_bytes(void);
@@ -44,9 +44,13 @@ static inline const double *polygon_at(const loxo_polygons *p, int64_t i)
 
 static inline bool polygon_is_large(const loxo_polygons *p)
 {
-    return p->d <= 3 && p->n_edges > POLYGON_MOST_LANE_EDGES &&
-           (p->form != LOXO_POLYGON_DIRECTIONS || p->length == NULL);
+    return p->d <= 3 && p->n_edges > POLYGON_MOST_LANE_EDGES;
 }
+
+/* More than caches hold: what is read next is asked for early, and what is written goes past them. */
+static inline bool polygon_is_far(const loxo_polygons *p) { return p->n_polygons > POLYGON_FAR / (p->n_edges * p->d); }
+
+static inline bool polygon_is_aligned(const double *row) { return (uintptr_t)row % 64 == 0; }
 
 static inline bool polygon_fits_lanes(const loxo_polygons *p)
 {

@@ -32,7 +32,7 @@ typedef struct large {
     struct polygon_chunk *chunk;
     int64_t n_chunks; /* the last one is shorter */
     const k_variant *kernels;
-    bool as_edges, log_stretch;
+    bool as_edges, log_stretch, is_far, streams;
     k_lane_point point;
     double tolerance, weight, sum[3], fix[3];
     /* edges behind the last whole eight */
@@ -63,12 +63,19 @@ static void set_job(const large *l, int64_t c, k_lanes *job)
                      .tolerance = l->tolerance,
                      .buffer = l->buffer + c * CHUNK * (p->d + 1),
                      .as_edges = l->as_edges,
-                     .log_stretch = l->log_stretch};
+                     .log_stretch = l->log_stretch,
+                     .is_far = l->is_far,
+                     .streams = l->streams};
+    memcpy(job->fix, l->fix, sizeof job->fix);
     for (int k = 0; k < K_LANES; ++k) {
-        const int64_t first = (c * CHUNK + k * piece) * p->d;
-        job->x[k] = l->x + first;
-        if (l->out != NULL) job->out[k] = l->out + first;
+        const int64_t first = c * CHUNK + k * piece;
+        job->x[k] = l->x + first * p->d;
+        if (l->out == NULL) continue;
+        job->out[k] = l->out + first * p->d;
+        job->streams = job->streams && polygon_is_aligned(job->out[k]);
     }
+    for (int k = 0; k < K_LANES && p->form == LOXO_POLYGON_DIRECTIONS && p->length != NULL; ++k)
+        job->length[k] = p->length + c * CHUNK + k * piece;
 }
 
 typedef void (*chunk_fn)(large *l, int64_t c);
@@ -97,25 +104,29 @@ static void look_at_chunk(large *l, int64_t c)
     l->kernels->lanes_again(&job, l->point.w, l->point.co, l->chunk[c].table);
 }
 
-static void add_up_chunk(large *l, int64_t c)
+/* Without writing, or of edges with it. */
+static void finish_chunk(large *l, int64_t c, bool writes)
 {
     k_lanes job;
     double stretch = 0.0;
     set_job(l, c, &job);
-    l->kernels->lanes_last(&job, l->point.w, l->point.co, NULL, false);
+    l->kernels->lanes_last(&job, l->point.w, l->point.co, false, writes);
     memcpy(l->chunk[c].sum, job.sum, sizeof job.sum);
     for (int k = 0; k < K_LANES && l->log_stretch; ++k)
         stretch += job.stretch[k];
     l->chunk[c].stretch = stretch;
 }
 
-static void write_chunk(large *l, int64_t c)
+static void add_up_chunk(large *l, int64_t c) { finish_chunk(l, c, false); }
+
+static void write_edges(large *l, int64_t c) { finish_chunk(l, c, true); }
+
+static void write_vertices(large *l, int64_t c)
 {
     k_lanes job;
     set_job(l, c, &job);
     memcpy(job.start, l->chunk[c].start, sizeof job.start);
-    l->kernels->lanes_last(&job, l->point.w, l->point.co, l->tolerance > 0.0 ? NULL : l->fix, true);
-    memcpy(l->chunk[c].sum, job.sum, sizeof job.sum);
+    l->kernels->lanes_last(&job, l->point.w, l->point.co, !(l->tolerance > 0.0), true);
 }
 
 /* The rest as unit vectors and lengths; false: directions that are none. */
@@ -134,7 +145,9 @@ static bool read_rest(large *l)
         if (p->form == LOXO_POLYGON_DIRECTIONS && !(fabs(square - 1.0) <= 2e-6)) return false;
         for (int k = 0; k < d; ++k)
             e[k] = length > 0.0 ? e[k] / length : k == 0 ? 1.0 : 0.0;
-        l->rest_length[i] = p->form == LOXO_POLYGON_DIRECTIONS ? 1.0 : length;
+        l->rest_length[i] = p->form != LOXO_POLYGON_DIRECTIONS ? length
+                            : p->length != NULL                ? p->length[n_in_lanes(l) + i]
+                                                               : 1.0;
     }
     return true;
 }
@@ -239,21 +252,28 @@ static double length_of(const large *l)
     return sqrt(square);
 }
 
-/* Adds the edges up as they are at the point; their sum is the residual, and certifies the point where the step before did not. */
-static bool is_certified(large *l, double tolerance)
+/* Adds the edges up as they are at the point; their sum is the residual, and certifies the point where the step before did not. Edges are
+ * written on the way; vertices when it is known where pieces begin. False: the search goes on. */
+static bool finish(large *l, const double *start)
 {
     k_lane_point *p = &l->point;
     memset(l->fix, 0, sizeof l->fix);
-    for_chunks(l, 0.6, add_up_chunk);
-    find_starts(l, NULL, false);
+    for_chunks(l, l->as_edges ? 0.9 : 0.5, l->as_edges ? write_edges : add_up_chunk);
+    find_starts(l, NULL, l->as_edges);
     const double share = 2.0 * (length_of(l) / l->weight + 8.0 * EPS / p->co) / p->left;
     const double bound = 0.5 * share / (1.0 - share) + 16.0 * EPS / p->co;
     if (share < 0.5 && bound < p->bound) p->bound = bound;
-    return !p->is_tried || p->bound <= tolerance;
+    if (p->is_tried && p->bound > l->tolerance) return false;
+    if (l->as_edges) return true;
+    for (int k = 0; k < l->polygons->d && !(l->tolerance > 0.0); ++k)
+        l->fix[k] = l->sum[k] / l->weight;
+    find_starts(l, start, true);
+    for_chunks(l, 0.9, write_vertices);
+    return true;
 }
 
-/* The search; false: leave the polygon to the way that does not mind where the barycenter lies. */
-static bool search(large *l, double tolerance)
+/* The search, and what is written; false: leave the polygon to the way that does not mind where the barycenter lies. */
+static bool search(large *l)
 {
     double sums[9], ahead = l->out == NULL ? 1.0 : AHEAD;
     bool good = read_rest(l);
@@ -265,9 +285,9 @@ static bool search(large *l, double tolerance)
     add_tables(l, sums);
     l->weight = sums[0];
     for (int pass = 0;; ++pass) {
-        l->kernels->lanes_one_step(l->polygons->d, tolerance, ahead, sums, &l->point);
+        l->kernels->lanes_one_step(l->polygons->d, l->tolerance, ahead, sums, &l->point);
         if (l->point.is_done) {
-            if (l->out == NULL || is_certified(l, tolerance)) return true;
+            if (l->out == NULL || finish(l, l->polygons->form == LOXO_POLYGON_VERTICES ? l->x : NULL)) return true;
             ahead = 1.0;
         } else if (l->point.is_over) {
             return false;
@@ -294,15 +314,11 @@ bool polygon_close_large(loxo_context *ctx, const loxo_polygons *polygons, int64
                .kernels = kernels,
                .tolerance = settings->tolerance,
                .as_edges = settings->edges,
-               .log_stretch = log_factor != NULL};
+               .log_stretch = log_factor != NULL,
+               .is_far = polygon_is_far(polygons),
+               .streams = polygon_is_far(polygons)};
     const bool is_exact = !(settings->tolerance > 0.0);
-    if (!search(&l, settings->tolerance)) return false;
-    if (out != NULL) {
-        for (int k = 0; k < polygons->d && is_exact && !settings->edges; ++k)
-            l.fix[k] = l.sum[k] / l.weight;
-        find_starts(&l, polygons->form == LOXO_POLYGON_VERTICES ? l.x : NULL, true);
-        for_chunks(&l, 1.2, write_chunk);
-    }
+    if (!search(&l)) return false;
     *report = (loxo_polygon_report){.state = is_exact || l.point.bound <= settings->tolerance ? LOXO_POLYGON_CLOSED
                                                                                               : LOXO_POLYGON_LOOSE,
                                     .length = l.weight,
