@@ -317,7 +317,7 @@ static inline void k_lanes_cube(int d, const k_wide *three, const k_wide *m, con
     out[2] = xx * three[2] + xy * three[4] + xz * xzz + yy * three[6] + yz * yzz + zz * zzz;
 }
 
-/* The step from the centre, u = e / 2, bent: README.md, «The first step». off: how far that is from Newton's; lanes for which it is too
+/* The step from the centre, u = e / 2, bent: src/hyperbolic/README.md, «The first step». off: how far that is from Newton's; lanes for which it is too
  * far keep theirs. inverse: of A; of: 1 / weight. */
 static inline void k_lanes_bend(int d, const k_lane_sums *s, const k_wide *of, const k_wide *m, const k_wide *inverse,
                                 k_wide *u, k_wide *off)
@@ -629,7 +629,7 @@ static inline void k_lanes_finish(k_lanes *job, int half, int d, bool has_weight
                         .fixes = is_mended,
                         .log_stretch = job->log_stretch,
                         .all = true};
-    k_wide sum[3], turn[3] = {{0}}, fix[3] = {{0}}, gap = *total;
+    k_wide sum[3] = {{0}}, turn[3] = {{0}}, fix[3] = {{0}}, gap = *total;
     for (int l = 0; l < K_WIDE; ++l) {
         const bool writes = state->is_done[l] != 0 && job->out[half * K_WIDE + l] != NULL;
         task.all = task.all && writes;
@@ -830,7 +830,7 @@ static inline void k_lanes_last(k_lanes *job, const double *w, double co, bool f
                               .streams = writes && job->streams};
     for (int half = 0; half < K_HALVES; ++half) {
         const double *buffer = k_lanes_buffer(job, half);
-        k_wide sum[3], fix[3];
+        k_wide sum[3] = {{0}}, fix[3] = {{0}};
         k_lane_state state;
         k_lanes_set(&state, job->d, w, co);
         for (int k = 0; k < job->d; ++k)

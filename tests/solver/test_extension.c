@@ -511,6 +511,46 @@ TEST(bounds_hold)
     loxo_release(test_context, x);
 }
 
+/* The estimate of the error is none too small for curves in space that wind k times: truth by many nodes, on samples so dense that arcs between
+ * them make nothing of what is asked. EXTENSION.md says which curves deceive it. */
+TEST(errors_of_winding_curves_are_not_underestimated)
+{
+    enum { N = 46080, POINTS = 40 };
+    double *x = loxo_allocate(test_context, (int64_t)3 * N, sizeof *x), *z = points(POINTS);
+    run truth = run_make(test_context, POINTS, 3), r = run_make(test_context, POINTS, 3);
+    int64_t n_seen = 0;
+    for (int k = 1; k <= 9; k += 2) {
+        const loxo_curve curve = {.n = N, .d = 3, .x = x};
+        loxo_extension_settings settings = loxo_extension_settings_default();
+        for (int64_t i = 0; i < N; ++i) {
+            const double t = 2.0 * PI * (double)i / N, a = k * t + 0.8 * sin(t + 1.0) + 0.3 * sin(3.0 * t);
+            const double p[3] = {cos(a), sin(a), 0.7 * cos((k + 1) * t + 0.3) + 0.2 * sin(2.0 * t)};
+            const double norm = sqrt(p[0] * p[0] + p[1] * p[1] + p[2] * p[2]);
+            for (int c = 0; c < 3; ++c)
+                x[3 * i + c] = p[c] / norm;
+        }
+        settings.rule = LOXO_EXTENSION_GRADED;
+        settings.tolerance = 1e-10;
+        settings.n_nodes = 8192;
+        CHECK_OK(extend(test_context, &curve, &settings, POINTS, z, NULL, &truth));
+        for (settings.n_nodes = 256; settings.n_nodes <= 720; settings.n_nodes += 464) {
+            CHECK_OK(extend(test_context, &curve, &settings, POINTS, z, NULL, &r));
+            for (int64_t i = 0; i < POINTS; ++i) {
+                if (r.kind[i] != LOXO_EXTENSION_INSIDE) continue;
+                const double off = distance(3, r.w + 3 * i, r.co[i], truth.w + 3 * i, truth.co[i]);
+                if (off < 1e-7 + 1e-8 * (k * k + 9) / truth.co[i]) continue;
+                CHECK(off <= r.error[i]);
+                ++n_seen;
+            }
+        }
+    }
+    CHECK(n_seen > 20);
+    loxo_release(test_context, x);
+    loxo_release(test_context, z);
+    run_free(test_context, &truth);
+    run_free(test_context, &r);
+}
+
 TEST(arc_tangents)
 {
     for (int i = 0; i <= 1000; ++i)

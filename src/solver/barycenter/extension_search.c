@@ -13,6 +13,7 @@
 #define COARSE_STEP   1e-3 /* hyperbolic length of a step on an eighth of the atoms that leaves the rest to all of them */
 #define COARSE_PASSES 12
 #define LEAST_GAIN    (1.0 / 64.0) /* of a doubling of the nodes; more is not believed */
+#define CAUTION       4.0
 #define MOST_SUMS     (1 + EXTENSION_MOST_D + EXTENSION_MOST_D * (EXTENSION_MOST_D + 1) / 2)
 
 /* What a pass tells of the present point. */
@@ -183,27 +184,31 @@ static double mean_apart(int d, const double *a, const double *b)
     return sqrt(square);
 }
 
-/* One pass over all atoms, a quarter, the other quarter of the first half, and the other half apart. EXTENSION.md, «The error»: twice as many
- * nodes would change the mean by what the last doubling did, times what that was of the doubling before. */
+/* What a doubling of the nodes changes over what the one before did. */
+static double share_of(double after, double before) { return after < before ? fmax(after / before, LEAST_GAIN) : 1.0; }
+
+/* One pass over all atoms: an eighth, the rest of the first quarter, of the first half, and the other half apart. EXTENSION.md, «The error»: twice as
+ * many nodes would change the mean by what the last doubling did, times what that was of the doubling before, or that one of its own if it is more. */
 static void look(extension_search *s, const double *w, double co, view *v)
 {
-    double quarter[MOST_SUMS], half[MOST_SUMS], sums[MOST_SUMS];
+    double sums[4][MOST_SUMS]; /* of an eighth, a quarter, a half, all */
     const int n = count_sums(s->d);
-    memset(quarter, 0, (size_t)n * sizeof *quarter);
-    memset(half, 0, (size_t)n * sizeof *half);
-    memset(sums, 0, (size_t)n * sizeof *sums);
-    add_moments(s, 0, s->n / 4, w, co, quarter);
-    add_moments(s, s->n / 4, s->n / 2, w, co, half);
-    add_moments(s, s->n / 2, s->n, w, co, sums);
-    for (int k = 0; k < n; ++k) {
-        half[k] += quarter[k];
-        sums[k] += half[k];
+    int64_t begin = 0;
+    for (int part = 0; part < 4; ++part) {
+        const int64_t end = s->n / (8 >> part);
+        memset(sums[part], 0, (size_t)n * sizeof *sums[part]);
+        add_moments(s, begin, end, w, co, sums[part]);
+        for (int k = 0; k < n && part > 0; ++k)
+            sums[part][k] += sums[part - 1][k];
+        begin = end;
     }
     ++s->n_passes;
-    find_view(s->d, w, co, sums, v);
-    const double last = mean_apart(s->d, half, sums), before = mean_apart(s->d, quarter, half);
-    const double share = last < before ? fmax(last / before, LEAST_GAIN) : 1.0;
-    s->error = hyper_certificate(last * share, v->lambda);
+    find_view(s->d, w, co, sums[3], v);
+    const double before = mean_apart(s->d, sums[1], sums[2]),
+                 share = share_of(before, mean_apart(s->d, sums[0], sums[1]));
+    const double last =
+        fmax(mean_apart(s->d, sums[2], sums[3]), before * share * share); /* it may be small by chance */
+    s->error = hyper_certificate(CAUTION * last * fmax(share, share_of(last, before)), v->lambda);
 }
 
 /* Where w is seen from outside. */
