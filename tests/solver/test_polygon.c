@@ -144,16 +144,18 @@ TEST(lengths_stay_and_the_gap_goes)
 
 TEST(directions_have_lengths_apart)
 {
-    double length[40];
-    for (int i = 0; i < 40; ++i)
+    enum { LARGE = 5003 };
+    static double length[LARGE];
+    for (int i = 0; i < LARGE; ++i)
         length[i] = 1.0 + 0.3 * (i % 7);
-    for (int d = 2; d <= 4; ++d) {
-        batch b = batch_make(test_context, 21, 40, d, LOXO_POLYGON_DIRECTIONS);
-        b.p.length = length;
-        batch_fill(&b, 3, 0.2, true, 1.0, 0.0);
-        check_closed(&b, 4.0);
-        batch_free(test_context, &b);
-    }
+    for (int d = 2; d <= 4; ++d)
+        for (int n = 40; n <= LARGE; n += LARGE - 40) {
+            batch b = batch_make(test_context, n == 40 ? 21 : 2, n, d, LOXO_POLYGON_DIRECTIONS);
+            b.p.length = length;
+            batch_fill(&b, 3, 0.2, true, 1.0, 0.0);
+            check_closed(&b, 4.0);
+            batch_free(test_context, &b);
+        }
 }
 
 /* The first vertex stays; a large offset, a small or a large scale change nothing but rounding. */
