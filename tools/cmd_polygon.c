@@ -318,7 +318,7 @@ static loxo_status estimate(cli_run *run, work *k)
     const size_t n = (size_t)p->n_polygons, edges = (size_t)p->n_edges, d = (size_t)p->d;
     if (__builtin_mul_overflow(n, edges * d, &n_numbers) || n_numbers > SIZE_MAX / 64)
         return cli_fail(run, LOXO_ERR_LIMIT, "polygon: too many edges");
-    const size_t slab = (size_t)MOST_REPORTS / (edges * d) + 8;
+    const size_t slab = (size_t)MOST_REPORTS / (edges * d > 0 ? edges * d : 1) + 8;
     const size_t room = CLI_ESTIMATE_FIXED + (p->d <= 3 && p->n_edges <= 2048
                                                   ? edges * 256 * (size_t)run->common->n_threads + edges * 32
                                                   : edges * (d + 1) * 16);

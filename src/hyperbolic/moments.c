@@ -22,15 +22,16 @@ static int64_t count_sums(int d) { return 1 + d + (int64_t)d * (d + 1) / 2; }
 
 static int64_t triangle(int d, int i, int j) { return (int64_t)i * d - (int64_t)i * (i - 1) / 2 + (j - i); }
 
-/* Atoms begin..end-1 as unit vectors of doubles; of points that lie near the sphere, as nearly all do, two steps of Newton from 1 give the inverse
+/* n atoms from begin on as unit vectors of doubles; of points that lie near the sphere, as nearly all do, two steps of Newton from 1 give the inverse
  * root to rounding, and no root or division is taken. */
-static inline void copy_atoms_of(int d, const hyper_atoms *a, int64_t begin, int64_t end, double *x)
+static inline void copy_atoms_of(int d, const hyper_atoms *a, int64_t begin, int64_t n, double *x)
 {
     double off = 0.0;
-    for (int64_t i = 0; i < (end - begin) * d; ++i)
-        x[i] = a->x != NULL ? a->x[begin * d + i] : (double)a->x_float[begin * d + i];
+    for (int64_t i = 0; i < n; ++i)
+        for (int k = 0; k < d; ++k)
+            x[i * d + k] = a->x != NULL ? a->x[(begin + i) * d + k] : (double)a->x_float[(begin + i) * d + k];
     if (a->is_unit) return;
-    for (int64_t i = 0; i < end - begin; ++i) {
+    for (int64_t i = 0; i < n; ++i) {
         double square = 0.0;
         for (int k = 0; k < d; ++k)
             square += x[i * d + k] * x[i * d + k];
@@ -38,7 +39,7 @@ static inline void copy_atoms_of(int d, const hyper_atoms *a, int64_t begin, int
         off = off > own ? off : own;
     }
     const bool is_near = off <= NEAR_SPHERE * NEAR_SPHERE;
-    for (int64_t i = 0; i < end - begin; ++i) {
+    for (int64_t i = 0; i < n; ++i) {
         double square = 0.0, f = 1.0;
         for (int k = 0; k < d; ++k)
             square += x[i * d + k] * x[i * d + k];
@@ -53,14 +54,14 @@ static inline void copy_atoms_of(int d, const hyper_atoms *a, int64_t begin, int
     }
 }
 
-static void copy_atoms(const hyper_atoms *a, int64_t begin, int64_t end, double *x)
+static void copy_atoms(const hyper_atoms *a, int64_t begin, int64_t n, double *x)
 {
     if (a->d == 3)
-        copy_atoms_of(3, a, begin, end, x);
+        copy_atoms_of(3, a, begin, n, x);
     else if (a->d == 2)
-        copy_atoms_of(2, a, begin, end, x);
+        copy_atoms_of(2, a, begin, n, x);
     else
-        copy_atoms_of(a->d, a, begin, end, x);
+        copy_atoms_of(a->d, a, begin, n, x);
 }
 
 /* As the kernels, any d; one lane. */
@@ -118,7 +119,7 @@ static void add_block(const k_variant *kernels, const hyper_atoms *a, int64_t be
     }
     for (int64_t i = begin; i < end; i += step) {
         const int64_t n = end - i < step ? end - i : step;
-        copy_atoms(a, i, i + n, buffer);
+        copy_atoms(a, i, n, buffer);
         add(kernels, d, buffer, a->weight == NULL ? NULL : a->weight + i, n, w, co, sums);
     }
 }
@@ -174,7 +175,7 @@ void hyper_shift_atoms(loxo_context *ctx, const hyper_atoms *atoms, const double
         const loxo_range r = loxo_thread_range(atoms->n);
         double x[HYPER_MOST_DIMENSIONS];
         for (int64_t i = r.begin; i < r.end; ++i) {
-            copy_atoms(atoms, i, i + 1, x);
+            copy_atoms(atoms, i, 1, x);
             k_ball_shift(d, w, co, x, y + i * d);
         }
     }

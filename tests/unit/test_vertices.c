@@ -346,6 +346,11 @@ TEST(arrays_there_and_back)
             CHECK_OK(loxo_read_array(test_context, path, &a));
             CHECK_EQUAL(a.n_dimensions, k == 0 ? n_dimensions : 2);
             CHECK(memcmp(a.value, value, sizeof value) == 0);
+            loxo_array shape;
+            size_t peak_bytes = 0;
+            CHECK_OK(loxo_read_array_shape(test_context, path, &shape, &peak_bytes));
+            CHECK(shape.value == NULL && shape.n_dimensions == a.n_dimensions && peak_bytes >= sizeof value);
+            CHECK(memcmp(shape.shape, a.shape, (size_t)a.n_dimensions * sizeof *a.shape) == 0);
             loxo_array_destroy(test_context, &a);
         }
     CHECK_STATUS(test_context,
