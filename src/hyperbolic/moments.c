@@ -206,25 +206,32 @@ static finding scan(const hyper_atoms *a, int64_t begin, int64_t end)
     return f;
 }
 
-/* A block, checked; its sums as seen from the centre, which are zero before. Unit vectors in doubles are passed once, others a second time in the cache. */
-static finding look_first(const k_variant *kernels, const hyper_atoms *a, int64_t begin, int64_t end, double *sums)
+/* A block of unit vectors in doubles, in the plane or in space, that is checked on the way; false: it is none. */
+static bool look_at_units(const k_variant *kernels, const hyper_atoms *a, int64_t begin, int64_t end, double *sums)
+{
+    k_first_look look;
+    double total = 0.0;
+    if (a->x == NULL || a->d > 3) return false;
+    kernels->first_moments(a->d, a->x + begin * a->d, a->weight == NULL ? NULL : a->weight + begin, end - begin, sums,
+                           &look);
+    for (int64_t k = 0; k < count_sums(a->d); ++k)
+        total += fabs(sums[k]);
+    return total < HUGE_VAL && look.off <= UNIT * UNIT && look.least >= 0.0;
+}
+
+/* A block, checked; its sums as seen from the centre. expects_units: what is tried first; it changes no bit. Unit vectors are then passed once, others
+ * a second time in the cache. */
+static finding look_first(const k_variant *kernels, const hyper_atoms *a, int64_t begin, int64_t end,
+                          bool expects_units, double *sums)
 {
     static const double centre[HYPER_MOST_DIMENSIONS];
-    const int d = a->d;
-    if (a->x != NULL && d <= 3) {
-        k_first_look look;
-        double total = 0.0;
-        kernels->first_moments(d, a->x + begin * d, a->weight == NULL ? NULL : a->weight + begin, end - begin, sums,
-                               &look);
-        for (int64_t k = 0; k < count_sums(d); ++k)
-            total += fabs(sums[k]);
-        if (total < HUGE_VAL && look.off <= UNIT * UNIT && look.least >= 0.0) return (finding){-1, true};
-    }
+    if (expects_units && look_at_units(kernels, a, begin, end, sums)) return (finding){-1, true};
     const finding f = scan(a, begin, end);
     if (f.atom >= 0) return f;
+    if (f.is_unit && !expects_units && look_at_units(kernels, a, begin, end, sums)) return f;
     hyper_atoms own = *a;
     own.is_unit = f.is_unit;
-    memset(sums, 0, (size_t)count_sums(d) * sizeof *sums);
+    memset(sums, 0, (size_t)count_sums(a->d) * sizeof *sums);
     add_block(kernels, &own, begin, end, centre, 1.0, sums);
     return f;
 }
@@ -253,7 +260,7 @@ loxo_status hyper_check_atoms(loxo_context *ctx, const char *who, hyper_atoms *a
         const loxo_range r = loxo_thread_range(n_blocks);
         for (int64_t b = r.begin; b < r.end && wrong == INT64_MAX; ++b) {
             const int64_t end = (b + 1) * BLOCK < atoms->n ? (b + 1) * BLOCK : atoms->n;
-            const finding f = look_first(kernels, atoms, b * BLOCK, end, sums + b * n_sums);
+            const finding f = look_first(kernels, atoms, b * BLOCK, end, is_unit, sums + b * n_sums);
             if (f.atom >= 0) wrong = f.atom;
             is_unit = is_unit && f.is_unit;
         }

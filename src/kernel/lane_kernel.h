@@ -111,11 +111,9 @@ K_LANE_INLINE void k_lanes_scatter(double *const *out, bool all, bool streams, i
             if (all || out[l] != NULL) out[l][begin + k] = t[k][l];
 }
 
-/* The sums of one look: of p, p v, p v v^T; of these the last entry follows from the trace, which is that of the shifted atoms, 1. Of a
- * first look p v v v, too, where that is wanted; three entries follow from traces, v being unit vectors there. */
+/* The sums of one look: of p, p v, p v v^T; of these the last entry follows from the trace, which is that of the shifted atoms, 1. */
 typedef struct k_lane_sums {
     k_wide weight, one[3], two[5]; /* xx xy xz yy yz; xx xy */
-    k_wide three[7];               /* xxx xxy xxz xyy xyz yyy yyz; xxx xxy */
 } k_lane_sums;
 
 /* The state of the search. */
@@ -126,33 +124,19 @@ typedef struct k_lane_state {
     k_wide_bits is_done, is_tried, is_over; /* tried: done, not yet certified; over: done, or left to another way */
 } k_lane_state;
 
-K_LANE_INLINE void k_lane_add(int d, bool has_weights, bool has_third, const k_wide *v, const k_wide *p, k_lane_sums *s)
+K_LANE_INLINE void k_lane_add(int d, bool has_weights, const k_wide *v, const k_wide *p, k_lane_sums *s)
 {
-    k_wide pv[3], xx, xy;
+    k_wide pv[3];
     for (int k = 0; k < d; ++k) {
         pv[k] = has_weights ? *p * v[k] : v[k];
         s->one[k] += pv[k];
     }
-    xx = pv[0] * v[0];
-    xy = pv[0] * v[1];
-    s->two[0] += xx;
-    s->two[1] += xy;
-    if (has_third) {
-        s->three[0] += xx * v[0];
-        s->three[1] += xx * v[1];
-    }
+    s->two[0] += pv[0] * v[0];
+    s->two[1] += pv[0] * v[1];
     if (d == 3) {
-        const k_wide xz = pv[0] * v[2], yy = pv[1] * v[1], yz = pv[1] * v[2];
-        s->two[2] += xz;
-        s->two[3] += yy;
-        s->two[4] += yz;
-        if (has_third) {
-            s->three[2] += xx * v[2];
-            s->three[3] += xy * v[1];
-            s->three[4] += xy * v[2];
-            s->three[5] += yy * v[1];
-            s->three[6] += yy * v[2];
-        }
+        s->two[2] += pv[0] * v[2];
+        s->two[3] += pv[1] * v[1];
+        s->two[4] += pv[1] * v[2];
     }
 }
 
@@ -165,8 +149,8 @@ typedef struct k_lane_reader {
 /* Atoms begin..begin + count - 1, count <= K_WIDE, of the first look: from the centre, where atoms are what they are. Makes unit vectors
  * and lengths and keeps them in the buffer. */
 K_LANE_INLINE void k_lanes_read(const k_lanes *job, const double *const *x, int d, k_lane_form form, bool has_weights,
-                                bool has_third, int64_t begin, int64_t count, double *restrict at,
-                                k_lane_reader *reader, k_lane_sums *s)
+                                int64_t begin, int64_t count, double *restrict at, k_lane_reader *reader,
+                                k_lane_sums *s)
 {
     const int64_t numbers = count * d, first = (begin + (form == K_LANE_VERTICES ? 1 : 0)) * d;
     const k_wide ones = (k_wide){0} + 1.0;
@@ -215,13 +199,13 @@ K_LANE_INLINE void k_lanes_read(const k_lanes *job, const double *const *x, int 
             at += K_WIDE;
             s->weight += p;
         }
-        k_lane_add(d, has_weights, has_third, e, &p, s);
+        k_lane_add(d, has_weights, e, &p, s);
     }
 }
 
 /* bad: lanes whose directions are none. */
 K_LANE_INLINE void k_lanes_begin(const k_lanes *job, int half, int d, k_lane_form form, bool has_weights,
-                                 bool has_third, double *restrict buffer, k_lane_sums *sums, k_wide_bits *bad)
+                                 double *restrict buffer, k_lane_sums *sums, k_wide_bits *bad)
 {
     const double *const *x = job->x + (ptrdiff_t)half * K_WIDE;
     const int64_t n = job->n, whole = n - n % K_WIDE, row = (int64_t)(d + (has_weights ? 1 : 0)) * K_WIDE;
@@ -234,9 +218,8 @@ K_LANE_INLINE void k_lanes_begin(const k_lanes *job, int half, int d, k_lane_for
         reader.before[k] = K_WIDE_LOAD(vertex);
     }
     for (int64_t i = 0; i < whole; i += K_WIDE)
-        k_lanes_read(job, x, d, form, has_weights, has_third, i, K_WIDE, buffer + i * row, &reader, &s);
-    if (whole < n)
-        k_lanes_read(job, x, d, form, has_weights, has_third, whole, n - whole, buffer + whole * row, &reader, &s);
+        k_lanes_read(job, x, d, form, has_weights, i, K_WIDE, buffer + i * row, &reader, &s);
+    if (whole < n) k_lanes_read(job, x, d, form, has_weights, whole, n - whole, buffer + whole * row, &reader, &s);
     if (!has_weights) s.weight += (double)n;
     *sums = s;
     *bad = ~(reader.worst <= 4e-12);
@@ -263,7 +246,7 @@ K_LANE_INLINE void k_lanes_look(int64_t n, int d, bool has_weights, const double
         const k_wide f = co / square;
         for (int k = 0; k < d; ++k)
             v[k] *= f;
-        k_lane_add(d, has_weights, false, v, &p, s);
+        k_lane_add(d, has_weights, v, &p, s);
     }
     s->weight = weight;
 }
@@ -272,8 +255,6 @@ K_LANE_INLINE void k_lanes_look(int64_t n, int d, bool has_weights, const double
 #define K_LANE_NEAR  0.1 /* 1 - |w|^2 below which a lane is left to the way that carries atoms */
 #define K_LANE_AHEAD 8.0 /* a bound so many times the tolerance is tried: what is written is mostly better, and tells */
 #define K_LANE_FLAT  1e-5 /* and so for the least eigenvalue */
-/* Of sums of a^3 V, a = <V, e>, by <e, M e> M e: as it is for V spread evenly. */
-#define K_LANE_CLOSURE(d) (6.0 * 3.0 * (d) / ((d) + 2.0))
 
 /* y = a x of a symmetric matrix, xx xy xz yy yz zz; xx xy yy. */
 static inline void k_lanes_times(int d, const k_wide *a, const k_wide *x, k_wide *y)
@@ -300,58 +281,9 @@ static inline void k_lanes_length(int d, const k_wide *a, k_wide *length)
     k_wide_sqrt(length);
 }
 
-/* T(e, e) of the third moments at the centre, traces filled in. */
-static inline void k_lanes_cube(int d, const k_wide *three, const k_wide *m, const k_wide *e, k_wide *out)
-{
-    const k_wide xx = e[0] * e[0], xy = 2.0 * e[0] * e[1], yy = e[1] * e[1];
-    if (d == 2) {
-        const k_wide xyy = m[0] - three[0], yyy = m[1] - three[1];
-        out[0] = xx * three[0] + xy * three[1] + yy * xyy;
-        out[1] = xx * three[1] + xy * xyy + yy * yyy;
-        return;
-    }
-    const k_wide xz = 2.0 * e[0] * e[2], yz = 2.0 * e[1] * e[2], zz = e[2] * e[2];
-    const k_wide xzz = m[0] - three[0] - three[3], yzz = m[1] - three[1] - three[5], zzz = m[2] - three[2] - three[6];
-    out[0] = xx * three[0] + xy * three[1] + xz * three[2] + yy * three[3] + yz * three[4] + zz * xzz;
-    out[1] = xx * three[1] + xy * three[3] + xz * three[4] + yy * three[5] + yz * three[6] + zz * yzz;
-    out[2] = xx * three[2] + xy * three[4] + xz * xzz + yy * three[6] + yz * yzz + zz * zzz;
-}
-
-/* The step from the centre, u = e / 2, bent: src/hyperbolic/README.md, «The first step». off: how far that is from Newton's; lanes for which it is too
- * far keep theirs. inverse: of A; of: 1 / weight. */
-static inline void k_lanes_bend(int d, const k_lane_sums *s, const k_wide *of, const k_wide *m, const k_wide *inverse,
-                                k_wide *u, k_wide *off)
-{
-    k_wide three[7], e[3], bent[3], cube[3], me[3], f[3], square, along, across, far;
-    for (int k = 0; k < (d == 3 ? 7 : 2); ++k)
-        three[k] = s->three[k] * *of;
-    for (int k = 0; k < d; ++k)
-        e[k] = 2.0 * u[k];
-    k_lanes_cube(d, three, m, e, cube);
-    for (int k = 0; k < d; ++k)
-        me[k] = e[k] - m[k]; /* A e = m */
-    k_lanes_dot(d, e, e, &square);
-    k_lanes_dot(d, m, e, &along);
-    k_lanes_dot(d, e, me, &across);
-    for (int k = 0; k < d; ++k)
-        f[k] =
-            m[k] + (cube[k] - 0.5 * (along * e[k] + square * m[k])) +
-            ((2.0 * square - 3.0 * across) * e[k] + (K_LANE_CLOSURE(d) * across - 5.0 * square) * me[k]) * (1.0 / 6.0);
-    k_lanes_times(d, inverse, f, bent);
-    for (int k = 0; k < d; ++k)
-        f[k] = bent[k] - e[k];
-    k_lanes_length(d, f, off);
-    k_lanes_length(d, e, &far);
-    const k_wide_bits is_near = *off <= 0.25 * far; /* false for NaN */
-    for (int k = 0; k < d; ++k)
-        u[k] = 0.5 * K_WIDE_CHOOSE(is_near, bent[k], e[k]);
-    *off = K_WIDE_CHOOSE(is_near, *off, (k_wide){0});
-}
-
 /* A step from what was seen: direction by the adjugate, the least eigenvalue from below by one step of Laguerre's, damped or full as (17) says.
- * A lane whose next point is certified, or nearly (ahead times the tolerance), is done. has_third: seen from the centre, with third moments. */
-static inline void k_lanes_step(int d, bool has_third, double tolerance, double ahead, const k_lane_sums *s,
-                                k_lane_state *state)
+ * A lane whose next point is certified, or nearly (ahead times the tolerance), is done. */
+static inline void k_lanes_step(int d, double tolerance, double ahead, const k_lane_sums *s, k_lane_state *state)
 {
     const k_wide inverse = 1.0 / s->weight, none = (k_wide){0};
     const k_wide *w = state->w;
@@ -402,25 +334,15 @@ static inline void k_lanes_step(int d, bool has_third, double tolerance, double 
     k_lanes_times(d, c, m, u);
     for (int k = 0; k < d; ++k)
         u[k] *= 0.5;
-    k_wide square, off = none;
+    k_wide square;
     k_lanes_dot(d, u, u, &square);
-    const k_wide_bits is_full = square <= 0.0625;
-    if (has_third) {
-        k_wide bent[3];
-        for (int k = 0; k < d; ++k)
-            bent[k] = u[k];
-        k_lanes_bend(d, s, &inverse, m, c, bent, &off);
-        for (int k = 0; k < d; ++k)
-            u[k] = K_WIDE_CHOOSE(is_full, bent[k], u[k]);
-        k_lanes_dot(d, u, u, &square);
-    }
     k_wide length = square;
     k_wide_sqrt(&length);
 
-    /* L = 2 |u|. After a full step |F|_g <= L^2 / 2, after one that is `off` from it that and `off`, and the least eigenvalue is at least
-     * low - L: the certificate there, before it is seen */
+    /* L = 2 |u|. After a full step |F|_g <= L^2 / 2, and the least eigenvalue is at least low - L: the certificate there, before it is seen */
     const k_wide full_length = 2.0 * length, left = low - full_length;
-    const k_wide share = (full_length * full_length + 2.0 * off) / left, noise = 16.0 * K_LANE_EPS / state->co;
+    const k_wide share = full_length * full_length / left, noise = 16.0 * K_LANE_EPS / state->co;
+    const k_wide_bits is_full = full_length <= 0.5;
     const k_wide_bits is_certain = is_full & (left > 0.0) & (share < 0.5);
     const k_wide to_come = 0.5 * share / (1.0 - share);
     /* full: tanh(t) / t by Pade, to 1e-19 for t <= 1/8, 1e-13 for t <= 1/4; damped: see src/hyperbolic/README.md */
@@ -679,14 +601,14 @@ K_LANE_INLINE void k_lanes_half(k_lanes *job, int half, int d, k_lane_form form,
         writes = writes || job->out[half * K_WIDE + l] != NULL;
     if (writes) ahead = K_LANE_AHEAD;
     state.co += 1.0;
-    k_lanes_begin(job, half, d, form, has_weights, true, buffer, &sums, &bad);
+    k_lanes_begin(job, half, d, form, has_weights, buffer, &sums, &bad);
     state.is_over = bad;
-    k_lanes_step(d, true, job->tolerance, ahead, &sums, &state);
+    k_lanes_step(d, job->tolerance, ahead, &sums, &state);
     for (;;) {
         k_wide_bits is_open = ~state.is_over;
         while (n_passes < K_LANE_PASSES && k_lanes_any(&is_open)) {
             k_lanes_look(job->n, d, has_weights, buffer, &state, &sums);
-            k_lanes_step(d, false, job->tolerance, ahead, &sums, &state);
+            k_lanes_step(d, job->tolerance, ahead, &sums, &state);
             ++n_passes;
             is_open = ~state.is_over;
         }
@@ -766,21 +688,21 @@ static inline bool k_lanes_first(const k_lanes *job, k_lane_table table)
         k_wide_bits bad;
         double *buffer = k_lanes_buffer(job, half);
         if (job->d == 3 && job->form == K_LANE_VERTICES)
-            k_lanes_begin(job, half, 3, K_LANE_VERTICES, true, false, buffer, &s, &bad);
+            k_lanes_begin(job, half, 3, K_LANE_VERTICES, true, buffer, &s, &bad);
         else if (job->d == 3 && job->form == K_LANE_EDGES)
-            k_lanes_begin(job, half, 3, K_LANE_EDGES, true, false, buffer, &s, &bad);
+            k_lanes_begin(job, half, 3, K_LANE_EDGES, true, buffer, &s, &bad);
         else if (job->d == 3 && job->length[0] != NULL)
-            k_lanes_begin(job, half, 3, K_LANE_DIRECTIONS, true, false, buffer, &s, &bad);
+            k_lanes_begin(job, half, 3, K_LANE_DIRECTIONS, true, buffer, &s, &bad);
         else if (job->d == 3)
-            k_lanes_begin(job, half, 3, K_LANE_DIRECTIONS, false, false, buffer, &s, &bad);
+            k_lanes_begin(job, half, 3, K_LANE_DIRECTIONS, false, buffer, &s, &bad);
         else if (job->form == K_LANE_VERTICES)
-            k_lanes_begin(job, half, 2, K_LANE_VERTICES, true, false, buffer, &s, &bad);
+            k_lanes_begin(job, half, 2, K_LANE_VERTICES, true, buffer, &s, &bad);
         else if (job->form == K_LANE_EDGES)
-            k_lanes_begin(job, half, 2, K_LANE_EDGES, true, false, buffer, &s, &bad);
+            k_lanes_begin(job, half, 2, K_LANE_EDGES, true, buffer, &s, &bad);
         else if (job->length[0] != NULL)
-            k_lanes_begin(job, half, 2, K_LANE_DIRECTIONS, true, false, buffer, &s, &bad);
+            k_lanes_begin(job, half, 2, K_LANE_DIRECTIONS, true, buffer, &s, &bad);
         else
-            k_lanes_begin(job, half, 2, K_LANE_DIRECTIONS, false, false, buffer, &s, &bad);
+            k_lanes_begin(job, half, 2, K_LANE_DIRECTIONS, false, buffer, &s, &bad);
         k_lanes_store(&s, half, table);
         good = good && !k_lanes_any(&bad);
     }
@@ -862,9 +784,9 @@ static inline void k_lanes_one_step(int d, double tolerance, double ahead, const
     for (int k = 0; k < 5; ++k)
         s.two[k] += sums[4 + k];
     if (d == 3)
-        k_lanes_step(3, false, tolerance, ahead, &s, &state);
+        k_lanes_step(3, tolerance, ahead, &s, &state);
     else
-        k_lanes_step(2, false, tolerance, ahead, &s, &state);
+        k_lanes_step(2, tolerance, ahead, &s, &state);
     for (int k = 0; k < d; ++k)
         point->w[k] = state.w[k][0];
     point->co = state.co[0];
