@@ -17,5 +17,6 @@
 #include <loxo/moebius.h>
 #include <loxo/monitor.h>
 #include <loxo/polygon.h>
+#include <loxo/sphere.h>
 
 #endif

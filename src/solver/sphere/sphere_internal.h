@@ -1,0 +1,58 @@
+/* SPDX-License-Identifier: MIT
+ * What the methods for spherical maps share. All arrays here are in the mesh's order. */
+#ifndef LOXO_SOLVER_SPHERE_INTERNAL_H
+#define LOXO_SOLVER_SPHERE_INTERNAL_H
+
+#include "algebra/csr.h"
+#include "algebra/multigrid.h"
+#include "base/context.h"
+
+#include <loxo/sphere.h>
+
+/* A map: unit vectors [n_vertices]. */
+typedef double (*sphere_map)[3];
+typedef const double (*sphere_const_map)[3];
+
+/* Of one surface, as loxo_sphere_create leaves it. */
+typedef struct sphere_problem {
+    loxo_context *ctx;
+    loxo_mesh_view m; /* closed, one piece, genus 0; every vertex has faces */
+    loxo_sphere_settings settings;
+    loxo_csr laplacian; /* L of (3.4) */
+    double *area;       /* [n] lumped areas of the surface, sum 1 */
+} sphere_problem;
+
+/* ---- energy.c: sums over faces and vertices; same bits for any number of threads ------------------------------ */
+
+typedef struct sphere_energy {
+    double dirichlet;  /* 1/2 <L f, f>, from differences along edges */
+    double image_area; /* signed: a face counts as its side that looks outward does */
+    double energy;     /* E_C: the difference */
+} sphere_energy;
+
+loxo_status sphere_find_energy(const sphere_problem *p, sphere_const_map f, sphere_energy *out);
+
+typedef struct sphere_folds {
+    int64_t n; /* faces whose signed area, by differences of corners, is not positive */
+    int degree;
+} sphere_folds;
+
+/* is_folded [n_faces] out, may be NULL. */
+loxo_status sphere_find_folds(const sphere_problem *p, sphere_const_map f, bool *is_folded, sphere_folds *out);
+
+/* ---- the methods: f out, or in and out; info: what they know of it. May return LOXO_NOT_CONVERGED, LOXO_STOPPED. ------ */
+
+/* The harmonic map of all but one face to the plane, and from there to the sphere, centred. has_positive_weights: mean value weights (5.1)
+ * in place of cotangents. */
+loxo_status sphere_map_harmonic(const sphere_problem *p, bool has_positive_weights, sphere_map f,
+                                loxo_sphere_info *info);
+loxo_status sphere_map_scem(const sphere_problem *p, sphere_map f, loxo_sphere_info *info);
+loxo_status sphere_map_flash(const sphere_problem *p, sphere_map f, loxo_sphere_info *info);
+loxo_status sphere_map_cmcf(const sphere_problem *p, sphere_map f, loxo_sphere_info *info);
+/* f in: where to begin. */
+loxo_status sphere_map_hbtr(const sphere_problem *p, sphere_map f, loxo_sphere_info *info);
+loxo_status sphere_map_newton(const sphere_problem *p, sphere_map f, loxo_sphere_info *info);
+/* Mends faces that are turned over. Algorithm 2, and where that leaves some, a new embedding of the patches around them. */
+loxo_status sphere_unfold(const sphere_problem *p, sphere_map f, loxo_sphere_info *info);
+
+#endif
