@@ -347,8 +347,11 @@ static void find_box(check *c)
     }
 }
 
+enum { QUANTILE_1, QUANTILE_50, QUANTILE_99, N_QUANTILES };
+
 static loxo_status check_shape(check *c)
 {
+    static const int per_cent[N_QUANTILES] = {1, 50, 99};
     const int64_t n_faces = c->arrays->n_faces;
     loxo_mesh_report *report = c->report;
     double sums[SUM_N];
@@ -363,25 +366,26 @@ static loxo_status check_shape(check *c)
     report->volume = report->is_closed && report->is_oriented ? sums[SUM_VOLUME] : 0.0;
     report->quality = n_sound > 0 ? sums[SUM_QUALITY] / (double)n_sound : 0.0;
 
-    if ((status = loxo_quantiles_find(c->ctx, n_faces, edge_lengths, c, &q)) < 0) return status;
+    if ((status = loxo_quantiles_find(c->ctx, n_faces, edge_lengths, c, N_QUANTILES, per_cent, &q)) < 0) return status;
     if (q.n > 0)
         report->edge_length = (loxo_statistics){
             .min = q.min,
             .max = q.max,
             .mean = sums[SUM_EDGE] / (double)q.n,
-            .median = q.quantile[LOXO_QUANTILE_50],
-            .percentile_1 = q.quantile[LOXO_QUANTILE_1],
-            .percentile_99 = q.quantile[LOXO_QUANTILE_99],
+            .median = q.quantile[QUANTILE_50],
+            .percentile_1 = q.quantile[QUANTILE_1],
+            .percentile_99 = q.quantile[QUANTILE_99],
         };
-    if ((status = loxo_quantiles_find(c->ctx, n_faces, corner_cotangents, c, &q)) < 0) return status;
+    if ((status = loxo_quantiles_find(c->ctx, n_faces, corner_cotangents, c, N_QUANTILES, per_cent, &q)) < 0)
+        return status;
     if (q.n > 0)
         report->angle_rad = (loxo_statistics){
             .min = angle_of(q.max),
             .max = angle_of(q.min),
             .mean = PI / 3.0, /* the angles of every triangle sum to pi */
-            .median = angle_of(q.quantile[LOXO_QUANTILE_50]),
-            .percentile_1 = angle_of(q.quantile[LOXO_QUANTILE_99]),
-            .percentile_99 = angle_of(q.quantile[LOXO_QUANTILE_1]),
+            .median = angle_of(q.quantile[QUANTILE_50]),
+            .percentile_1 = angle_of(q.quantile[QUANTILE_99]),
+            .percentile_99 = angle_of(q.quantile[QUANTILE_1]),
         };
     return LOXO_OK;
 }

@@ -34,8 +34,8 @@ typedef struct pass {
     int64_t n_items;
     loxo_sample_fn sample;
     const void *arg;
-    int n_chosen;                      /* 0: all numbers, by upper half; else those in chosen bins, by lower half */
-    uint32_t chosen[LOXO_N_QUANTILES]; /* upper halves */
+    int n_chosen;                         /* 0: all numbers, by upper half; else those in chosen bins, by lower half */
+    uint32_t chosen[LOXO_MOST_QUANTILES]; /* upper halves */
 } pass;
 
 /* Histograms of a range of items: bins[n_chosen or 1][N_BINS]. */
@@ -85,16 +85,17 @@ static uint32_t find_bin(const uint32_t *bins, int64_t *rank)
 }
 
 loxo_status loxo_quantiles_find(loxo_context *ctx, int64_t n_items, loxo_sample_fn sample, const void *arg,
-                                loxo_quantiles *quantiles)
+                                int n_quantiles, const int *per_cent, loxo_quantiles *quantiles)
 {
-    static const int64_t per_cent[LOXO_N_QUANTILES] = {1, 50, 99};
     int n_threads = loxo_threads_for(ctx, n_items, 30);
     if (n_threads > 64) n_threads = 64; /* histograms would outgrow the mesh */
     pass p = {.n_items = n_items, .sample = sample, .arg = arg};
-    int64_t rank[LOXO_N_QUANTILES], n = 0;
-    uint32_t *bins = loxo_allocate(ctx, (int64_t)n_threads * N_BINS * LOXO_N_QUANTILES, sizeof *bins);
+    int64_t rank[LOXO_MOST_QUANTILES], n = 0;
+    uint32_t *bins = loxo_allocate(ctx, (int64_t)n_threads * N_BINS * n_quantiles, sizeof *bins);
     if (bins == NULL) return LOXO_ERR_MEMORY;
-    *quantiles = (loxo_quantiles){0, (double)NAN, (double)NAN, {(double)NAN, (double)NAN, (double)NAN}};
+    *quantiles = (loxo_quantiles){.n = 0};
+    for (int q = 0; q < n_quantiles; ++q)
+        quantiles->quantile[q] = (double)NAN;
     count_all(&p, n_threads, bins, &quantiles->min, &quantiles->max);
     for (int i = 0; i < N_BINS; ++i)
         n += bins[i];
@@ -103,15 +104,15 @@ loxo_status loxo_quantiles_find(loxo_context *ctx, int64_t n_items, loxo_sample_
         quantiles->min = quantiles->max = (double)NAN;
         goto done;
     }
-    for (int q = 0; q < LOXO_N_QUANTILES; ++q) {
+    for (int q = 0; q < n_quantiles; ++q) {
         rank[q] = (n * per_cent[q] + 99) / 100 - 1; /* nearest rank: ceil(n q / 100), from 0 */
         if (rank[q] < 0) rank[q] = 0;
         p.chosen[q] = find_bin(bins, &rank[q]);
     }
-    p.n_chosen = LOXO_N_QUANTILES;
+    p.n_chosen = n_quantiles;
     double low, high;
     count_all(&p, n_threads, bins, &low, &high);
-    for (int q = 0; q < LOXO_N_QUANTILES; ++q) {
+    for (int q = 0; q < n_quantiles; ++q) {
         const uint32_t lower = find_bin(bins + (int64_t)q * N_BINS, &rank[q]);
         quantiles->quantile[q] = fmin(fmax(value_of(p.chosen[q] << 16 | lower), quantiles->min), quantiles->max);
     }
