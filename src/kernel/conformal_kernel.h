@@ -41,12 +41,26 @@ static inline loxo_vec3 k_image_normal(loxo_vec3 a, loxo_vec3 b, loxo_vec3 c, do
     return n;
 }
 
-/* Solid angle of the spherical triangle, in (-2 pi, 2 pi): signed as the side is. Van Oosterom, Strackee 1983. */
+/* b - s a and *s: the nearer one of b - a and b + a. */
+static inline loxo_vec3 k_nearer_difference(loxo_vec3 a, loxo_vec3 b, double *s)
+{
+    *s = v3_dot(a, b) < 0.0 ? -1.0 : 1.0;
+    return v3_axpy(b, -*s, a);
+}
+
+/* Solid angle of the spherical triangle, in (-2 pi, 2 pi): signed as the side is,
+ *
+ *     tan(Omega / 2) = det(a, b, c) / (1 + a . b + b . c + c . a).
+ *
+ * Where two corners are nearly opposite to the third both are differences of numbers near 1. So they are made of what is small: det(a, b, c)
+ * = det(a, b - s a, c - t a), and a . b = s - s |b - s a|^2 / 2 for s = 1 or -1 and unit vectors. Van Oosterom, Strackee 1983. */
 static inline double k_solid_angle(loxo_vec3 a, loxo_vec3 b, loxo_vec3 c)
 {
-    double side;
-    (void)k_image_normal(a, b, c, &side);
-    return 2.0 * atan2(side / 3.0, 1.0 + v3_dot(a, b) + v3_dot(b, c) + v3_dot(c, a));
+    double s, t, u;
+    const loxo_vec3 ab = k_nearer_difference(a, b, &s), ac = k_nearer_difference(a, c, &t);
+    const loxo_vec3 bc = k_nearer_difference(b, c, &u);
+    const double small = s * v3_dot(ab, ab) + t * v3_dot(ac, ac) + u * v3_dot(bc, bc);
+    return 2.0 * atan2(v3_dot(a, v3_cross(ab, ac)), (1.0 + s + t + u) - 0.5 * small);
 }
 
 static inline k_image_face k_image_face_of(loxo_vec3 a, loxo_vec3 b, loxo_vec3 c)
