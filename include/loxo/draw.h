@@ -46,6 +46,10 @@ LOXO_API loxo_status loxo_draw(loxo_context *ctx, const loxo_mesh_arrays *mesh, 
 LOXO_API loxo_status loxo_draw_png(loxo_context *ctx, const loxo_mesh_arrays *mesh, const double *value,
                                    const loxo_draw_settings *settings, const char *path);
 
+/* Writes any picture rgb [height][width][3], sRGB, rows from the top, as a PNG, atomically: several views or plots beside each other,
+ * too. LOXO_OK; LOXO_ERR_ARGUMENT (NULL, no pixels, more than 16384 a side); LOXO_ERR_MEMORY; LOXO_ERR_WRITE; LOXO_ERR_UNSUPPORTED. */
+LOXO_API loxo_status loxo_picture_write(loxo_context *ctx, const char *path, const uint8_t *rgb, int width, int height);
+
 /* ---- plots --------------------------------------------------------------------------------------------------- */
 
 typedef enum loxo_plot_scale { LOXO_PLOT_LINEAR, LOXO_PLOT_LOG } loxo_plot_scale;
@@ -55,6 +59,7 @@ typedef enum loxo_plot_style {
     LOXO_PLOT_POINTS,  /* low and high: error bars */
     LOXO_PLOT_BOTH,    /* a line with its points; low and high: error bars */
     LOXO_PLOT_COLUMNS, /* a column at each x, 0.7 wide; low: where it starts, so that columns can be stacked */
+    LOXO_PLOT_BARS,    /* of a histogram: a bar from each x to the next; the last x only ends the one before */
 } loxo_plot_style;
 
 typedef struct loxo_plot_series {

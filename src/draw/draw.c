@@ -190,3 +190,11 @@ loxo_status loxo_draw_png(loxo_context *ctx, const loxo_mesh_arrays *mesh, const
     loxo_release(ctx, rgb);
     return status;
 }
+
+loxo_status loxo_picture_write(loxo_context *ctx, const char *path, const uint8_t *rgb, int width, int height)
+{
+    if (path == NULL || rgb == NULL || width < 1 || height < 1 || width > 16384 || height > 16384)
+        return loxo_fail(ctx, LOXO_ERR_ARGUMENT, "picture: no path, no pixels, or more than 16384 a side");
+    const loxo_status status = loxo_draw_png_available(ctx);
+    return status < 0 ? status : loxo_draw_png_save(ctx, path, rgb, width, height);
+}

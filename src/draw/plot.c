@@ -63,12 +63,14 @@ static loxo_status check(loxo_context *ctx, const loxo_plot *plot)
     for (int i = 0; i < plot->n_series; ++i) {
         const loxo_plot_series *s = &plot->series[i];
         if (s->n < 0 || (s->n > 0 && (s->x == NULL || s->y == NULL)) || s->color < 0 || (int)s->style < 0 ||
-            s->style > LOXO_PLOT_COLUMNS)
+            s->style > LOXO_PLOT_BARS)
             return loxo_fail(ctx, LOXO_ERR_ARGUMENT, "plot: series %d has no points, or no such colour or style", i);
     }
     const loxo_status status = check_axis(ctx, "x", plot->x_scale, plot->x_min, plot->x_max);
     return status < 0 ? status : check_axis(ctx, "y", plot->y_scale, plot->y_min, plot->y_max);
 }
+
+static bool has_boxes(const loxo_plot_series *s) { return s->style == LOXO_PLOT_COLUMNS || s->style == LOXO_PLOT_BARS; }
 
 static bool has_place(loxo_plot_scale scale, double value)
 {
@@ -100,7 +102,7 @@ static int64_t find_ends(const loxo_plot *plot, double x[2], double y[2])
             widen(plot->y_scale, s->y[k], &y[0], &y[1]);
             if (s->low != NULL) widen(plot->y_scale, s->low[k], &y[0], &y[1]);
             if (s->high != NULL) widen(plot->y_scale, s->high[k], &y[0], &y[1]);
-            if (s->style == LOXO_PLOT_COLUMNS && s->low == NULL && plot->y_scale == LOXO_PLOT_LINEAR)
+            if (has_boxes(s) && s->low == NULL && plot->y_scale == LOXO_PLOT_LINEAR)
                 widen(plot->y_scale, 0.0, &y[0], &y[1]);
         }
     }
@@ -186,8 +188,7 @@ static int walk_legend(frame *f, bool is_drawn)
                 loxo_draw_line(&pen, (double[2]){x, y}, (double[2]){x + sample, y}, LINE_WIDTH * cap, dash_of(f, s, i),
                                &(double){0.0});
             if (has_marks(s)) loxo_draw_put_mark(&pen, mark_of(s, i), x + 0.5 * sample, y, MARK_SIZE * cap);
-            if (s->style == LOXO_PLOT_COLUMNS)
-                loxo_draw_box(&pen, &(loxo_draw_rectangle){x, y - 0.5 * cap, x + sample, y + 0.5 * cap});
+            if (has_boxes(s)) loxo_draw_box(&pen, &(loxo_draw_rectangle){x, y - 0.5 * cap, x + sample, y + 0.5 * cap});
             loxo_draw_text(&f->canvas, s->name, x + sample + 0.6 * cap, base, cap, LOXO_DRAW_LEFT, INK);
         }
         x += width + LEGEND_GAP * cap;
@@ -333,15 +334,19 @@ static void draw_band(const frame *f, const loxo_draw_pen *pen, const loxo_plot_
     }
 }
 
-static void draw_columns(const frame *f, const loxo_draw_pen *pen, const loxo_plot_series *s)
+/* Columns around each x, or bars from each x to the next, with a line of paper between those that are wide enough. */
+static void draw_boxes(const frame *f, const loxo_draw_pen *pen, const loxo_plot_series *s)
 {
-    for (int64_t k = 0; k < s->n; ++k) {
+    const bool is_bars = s->style == LOXO_PLOT_BARS;
+    for (int64_t k = 0; k + (is_bars ? 1 : 0) < s->n; ++k) {
         const double base = s->low != NULL ? s->low[k] : f->y.is_log ? f->y.low : 0.0;
+        const double from = is_bars ? s->x[k] : s->x[k] - COLUMN, to = is_bars ? s->x[k + 1] : s->x[k] + COLUMN;
         double top[2], left[2], right[2];
-        if (!point_at(f, s->x[k], s->y[k], top) || !point_at(f, s->x[k] - COLUMN, base, left) ||
-            !point_at(f, s->x[k] + COLUMN, base, right))
+        if (!point_at(f, s->x[k], s->y[k], top) || !point_at(f, from, base, left) || !point_at(f, to, base, right))
             continue;
-        const loxo_draw_rectangle box = {floor(left[0]), fmin(top[1], left[1]), ceil(right[0]), fmax(top[1], left[1])};
+        loxo_draw_rectangle box = {floor(left[0]), fmin(top[1], left[1]), ceil(right[0]), fmax(top[1], left[1])};
+        if (is_bars) box.right = floor(right[0]) - (right[0] - left[0] >= 6.0 ? 1.0 : 0.0);
+        if (is_bars && box.bottom - box.top < 0.5) continue; /* nothing was counted there */
         loxo_draw_box(pen, &box);
     }
 }
@@ -395,7 +400,7 @@ static void draw_series(const frame *f)
             loxo_draw_pen pen = blank;
             set_color(&pen, s, i);
             if (layer == 0 && s->style == LOXO_PLOT_LINE && has_range) draw_band(f, &pen, s);
-            if (layer == 1 && s->style == LOXO_PLOT_COLUMNS) draw_columns(f, &pen, s);
+            if (layer == 1 && has_boxes(s)) draw_boxes(f, &pen, s);
             if (layer == 2 && has_line(s)) draw_line(f, &pen, s, dash_of(f, s, i));
             if (layer != 3 || !has_marks(s)) continue;
             pen.clip = (loxo_draw_rectangle){f->area.left - room, f->area.top - room, f->area.right + room,

@@ -297,6 +297,30 @@ TEST(columns_are_as_high_as_their_values)
     free(rgb);
 }
 
+TEST(bars_go_from_each_x_to_the_next)
+{
+    uint8_t *rgb = malloc((size_t)3 * 400 * 300);
+    const double x[4] = {0.0, 1.0, 3.0, 4.0}, y[4] = {2.0, 1.0, 0.0, 9.0}; /* the last only ends */
+    uint8_t color[3];
+    const loxo_plot_series s = {.style = LOXO_PLOT_BARS, .n = 4, .x = x, .y = y};
+    loxo_plot p = plot_of(&s, 1);
+    double n[2] = {0.0};
+    int left = 400, right = 0;
+    p.x_min = 0.0, p.x_max = 4.0, p.y_min = 0.0, p.y_max = 4.0;
+    loxo_draw_series_color(0, color);
+    CHECK_OK(loxo_plot_draw(test_context, &p, rgb));
+    for (int k = 0; k < 2; ++k)
+        for (int i = 0; i < 300 * 400; ++i) {
+            if (memcmp(&rgb[(int64_t)3 * i], color, 3) != 0) continue;
+            if (i % 400 < left) left = i % 400;
+            if (i % 400 > right) right = i % 400;
+            if (k == 1) n[i % 400 > left + (right - left) / 3 ? 1 : 0] += 1.0;
+        }
+    /* One is twice as high, the other twice as wide; a pixel's line between them, of some 90. */
+    CHECK_NEAR(n[1] / n[0], 1.0, 0.04);
+    free(rgb);
+}
+
 TEST(what_has_no_place_is_left_out)
 {
     uint8_t *rgb = malloc((size_t)3 * 400 * 300), *other = malloc((size_t)3 * 400 * 300);
@@ -319,7 +343,7 @@ TEST(odd_values_are_drawn_as_far_as_they_go)
 {
     uint8_t *rgb = malloc((size_t)3 * 400 * 300);
     const double x[6] = {-DBL_MAX, 0.0, 5e-324, 1.0, 1.0, DBL_MAX}, y[6] = {DBL_MAX, 0.0, 1.0, 1e300, -1e300, 1.0};
-    for (int style = 0; style <= LOXO_PLOT_COLUMNS; ++style)
+    for (int style = 0; style <= LOXO_PLOT_BARS; ++style)
         for (int scales = 0; scales < 4; ++scales) {
             const loxo_plot_series s = {
                 .name = "a very long name that fits no line of the legend, whatever one does to make it shorter",
@@ -380,7 +404,7 @@ TEST(bad_arguments_are_refused)
     CHECK_STATUS(test_context, loxo_plot_draw(test_context, &p, rgb), LOXO_ERR_ARGUMENT);
     s = good, s.color = -1;
     CHECK_STATUS(test_context, loxo_plot_draw(test_context, &p, rgb), LOXO_ERR_ARGUMENT);
-    s = good, s.style = (loxo_plot_style)4;
+    s = good, s.style = (loxo_plot_style)5;
     CHECK_STATUS(test_context, loxo_plot_draw(test_context, &p, rgb), LOXO_ERR_ARGUMENT);
 }
 
@@ -401,6 +425,11 @@ TEST(every_allocation_may_fail_and_bad_paths_are_refused)
     CHECK(access(test_scratch("plot.png"), R_OK) == 0);
     CHECK_STATUS(test_context, loxo_plot_png(test_context, &p, NULL), LOXO_ERR_ARGUMENT);
     CHECK_STATUS(test_context, loxo_plot_png(test_context, &p, test_scratch("no/folder/plot.png")), LOXO_ERR_WRITE);
+    const uint8_t rgb[6] = {0, 0, 0, 255, 255, 255};
+    CHECK_OK(loxo_picture_write(test_context, test_scratch("two.png"), rgb, 2, 1));
+    CHECK(access(test_scratch("two.png"), R_OK) == 0);
+    CHECK_STATUS(test_context, loxo_picture_write(test_context, test_scratch("two.png"), rgb, 0, 1), LOXO_ERR_ARGUMENT);
+    CHECK_STATUS(test_context, loxo_picture_write(test_context, NULL, rgb, 2, 1), LOXO_ERR_ARGUMENT);
 }
 
 #endif
