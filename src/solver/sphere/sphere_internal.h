@@ -40,18 +40,35 @@ typedef struct sphere_folds {
 /* is_folded [n_faces] out, may be NULL. */
 loxo_status sphere_find_folds(const sphere_problem *p, sphere_const_map f, bool *is_folded, sphere_folds *out);
 
+/* Points of the surface that are drawn to places in space: weight / (2 n) sum_i |sum_k share_ik f(vertex_ik) - target_i|^2,
+ * (6.2) times lambda. */
+typedef struct sphere_pull {
+    int64_t n;
+    const loxo_index (*vertex)[3]; /* in the mesh's order; where a share is 0 any */
+    const double (*share)[3];
+    const double (*target)[3];
+    double weight; /* lambda */
+} sphere_pull;
+
+/* The sum, without the weight. */
+double sphere_pull_loss(const sphere_pull *pull, sphere_const_map f);
+
+/* Moves the area-weighted mean to 0 by a Moebius map; info may be NULL. As loxo_moebius_center. */
+loxo_status sphere_center(const sphere_problem *p, sphere_map f, loxo_center_info *info);
+/* The face nearest to equilateral, the first of several. */
+int64_t sphere_most_regular_face(const sphere_problem *p);
+
 /* ---- the methods: f out, or in and out; info: what they know of it. May return LOXO_NOT_CONVERGED, LOXO_STOPPED. ------ */
 
-/* The harmonic map of all but one face to the plane, and from there to the sphere, centred. has_positive_weights: mean value weights (5.1)
- * in place of cotangents. */
-loxo_status sphere_map_harmonic(const sphere_problem *p, bool has_positive_weights, sphere_map f,
-                                loxo_sphere_info *info);
+/* The harmonic map of all but one face to the plane, and from there to the sphere, centred. */
+loxo_status sphere_map_harmonic(const sphere_problem *p, sphere_map f, loxo_sphere_info *info);
 loxo_status sphere_map_scem(const sphere_problem *p, sphere_map f, loxo_sphere_info *info);
 loxo_status sphere_map_flash(const sphere_problem *p, sphere_map f, loxo_sphere_info *info);
 loxo_status sphere_map_cmcf(const sphere_problem *p, sphere_map f, loxo_sphere_info *info);
 /* f in: where to begin. */
 loxo_status sphere_map_hbtr(const sphere_problem *p, sphere_map f, loxo_sphere_info *info);
-loxo_status sphere_map_newton(const sphere_problem *p, sphere_map f, loxo_sphere_info *info);
+/* pull NULL: none; with one the map is not held centred. */
+loxo_status sphere_map_newton(const sphere_problem *p, const sphere_pull *pull, sphere_map f, loxo_sphere_info *info);
 /* Mends faces that are turned over. Algorithm 2, and where that leaves some, a new embedding of the patches around them. */
 loxo_status sphere_unfold(const sphere_problem *p, sphere_map f, loxo_sphere_info *info);
 
