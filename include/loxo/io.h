@@ -79,6 +79,19 @@ LOXO_API loxo_status loxo_read_field(loxo_context *ctx, const char *path, double
 LOXO_API loxo_status loxo_read_vertices(loxo_context *ctx, const char *path, int64_t n_vertices, loxo_index **vertex,
                                         int64_t *n);
 
+/* Reads landmarks: named points and curves of a surface.
+ * A .border file of Connectome Workbench (version 3, XML): each part of a border is a curve by its name; its vertices are three a
+ * point, with barycentric weights, which are made to sum to 1. Or text, a line a point, columns cut by commas or semicolons: the name,
+ * and behind it a vertex; or a position of three numbers, for the nearest point of the surface; or three vertices of a face and three
+ * weights. Lines of the same name that follow each other are one curve, which is closed when its last point is its first again. A first line
+ * whose second column is no number is a header; # begins a comment. gzip is seen.
+ *   n_vertices   of the mesh: the numbers must be below, and a border's surface must have as many
+ *   landmarks    in: cleared, or as this call left it; out: that, and what the file holds behind it. A failure leaves it as it was
+ * returns        LOXO_OK; LOXO_ERR_READ, LOXO_ERR_MALFORMED (nothing in it, too), LOXO_ERR_UNSUPPORTED (another version, a build without
+ *                expat), LOXO_ERR_ARGUMENT, LOXO_ERR_MEMORY, LOXO_ERR_LIMIT, LOXO_ERR_STOPPED */
+LOXO_API loxo_status loxo_read_landmarks(loxo_context *ctx, const char *path, int64_t n_vertices,
+                                         loxo_landmarks *landmarks);
+
 /* Reads points of space: .npy of shape (n, 3), or text with lines of three numbers (commas, semicolons or blanks between
  * them; a first line that does not begin as a number does, and # comments, are fine).
  *   position   out, [n][3] from loxo_allocate, finite

@@ -38,6 +38,27 @@ LOXO_API double loxo_polyline_length(const loxo_polylines *lines, int64_t line);
 LOXO_API loxo_status loxo_isolines(loxo_context *ctx, const loxo_mesh *mesh, const double *field, const double *level,
                                    int64_t n_levels, loxo_polylines *lines);
 
+/* ---- landmarks ------------------------------------------------------------------------------------------------ */
+
+/* Named points and curves of a surface: what is one point is a point, what is more is a curve through them in their order. Several may
+ * have one name. All arrays come from loxo_allocate. */
+typedef struct loxo_landmarks {
+    int64_t n_curves, n_points;
+    char (*name)[64];     /* [n_curves] longer ones are cut */
+    bool *is_closed;      /* [n_curves] the curve goes on from its last point to its first */
+    int64_t *curve_begin; /* [n_curves + 1] points of curve i: curve_begin[i] .. curve_begin[i + 1] - 1, one at least */
+    loxo_surface_point *point; /* [n_points] caller's vertices; all three are -1 where a point is not located yet ... */
+    double (*position)[3];     /* [n_points] ... and is the surface's nearest to this */
+} loxo_landmarks;
+
+LOXO_API void loxo_landmarks_destroy(loxo_context *ctx,
+                                     loxo_landmarks *landmarks); /* frees the arrays and clears the struct */
+/* Points that are given by position go to the surface (loxo_mesh_nearest_points); the others are checked: vertices of the mesh that
+ * have faces, weights >= 0, made to sum to 1.
+ *   away     out, how far the farthest was from the surface; may be NULL
+ * returns    LOXO_OK; LOXO_ERR_ARGUMENT (element: the point), LOXO_ERR_MESH, LOXO_ERR_MEMORY, LOXO_ERR_STOPPED */
+LOXO_API loxo_status loxo_landmarks_locate(const loxo_mesh *mesh, loxo_landmarks *landmarks, double *away);
+
 #ifdef __cplusplus
 }
 #endif

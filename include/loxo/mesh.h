@@ -242,6 +242,13 @@ typedef struct loxo_surface_point {
  * cost         some 5 ns a face and point, on all threads; of equally near faces the first is taken */
 LOXO_API loxo_status loxo_mesh_nearest_points(const loxo_mesh *mesh, int64_t n, const double (*position)[3],
                                               loxo_surface_point *point, double *away);
+/* Values at points of what is linear on every face: sums of the weights times the values at the vertices.
+ *   field    [n_vertices][n_columns]
+ *   value    [n][n_columns] out
+ * returns    LOXO_OK; LOXO_ERR_ARGUMENT: NULL, a negative count, a vertex out of range (element: which point) */
+LOXO_API loxo_status loxo_surface_interpolate(loxo_context *ctx, int64_t n, const loxo_surface_point *point,
+                                              int64_t n_vertices, int64_t n_columns, const double *field,
+                                              double *value);
 /* Bytes that loxo_mesh_create will hold and need at its peak, at most: LOXO_ORDER_AUTO may turn out to need no
  * permutation. Nothing is allocated. */
 LOXO_API loxo_status loxo_mesh_estimate(int64_t n_vertices, int64_t n_faces, bool is_float,

@@ -7,29 +7,21 @@
 #include "io/bytes.h"
 #include "io/scan.h"
 #include "io/source.h"
-#include "loxo_config.h"
+#include "io/xml.h"
 
 #include <inttypes.h>
 
 #ifdef LOXO_WITH_EXPAT
 
-#include <expat.h>
-
-#define MAX_DEPTH   64
-#define FEED_BYTES  65536
-#define TOKEN_BYTES ((int64_t)1 << 20) /* longest tag or comment: expat holds it in memory of its own */
+#define FEED_BYTES  LOXO_XML_FEED_BYTES
 #define MAX_NUMBERS ((int64_t)1 << 48)
 
 typedef struct parsing {
-    loxo_context *ctx;
-    const char *name;
+    loxo_xml xml;
     loxo_gifti_want_fn want;
     loxo_gifti_take_fn take;
     loxo_gifti_label_fn take_label;
     void *user;
-    XML_Parser parser;
-    loxo_status status;
-    int depth;
     int64_t n_arrays, n_announced; /* n_announced: -1 when the file does not say */
     bool in_array, is_wanted, has_data;
     bool in_labels, has_label; /* has_label: its key is a number */
@@ -43,40 +35,17 @@ typedef struct parsing {
     size_t n_data, capacity;
 } parsing;
 
-static loxo_place here(const parsing *p)
-{
-    return (loxo_place){.file = p->name,
-                        .line = (int64_t)XML_GetCurrentLineNumber(p->parser),
-                        .byte = (int64_t)XML_GetCurrentByteIndex(p->parser),
-                        .element = -1};
-}
+static loxo_place here(const parsing *p) { return loxo_xml_here(&p->xml); }
 
-static void stop(parsing *p, loxo_status status)
-{
-    if (p->status < 0) return;
-    p->status = status;
-    XML_StopParser(p->parser, XML_FALSE);
-}
+static void stop(parsing *p, loxo_status status) { loxo_xml_stop(&p->xml, status); }
 
-static void stop_malformed(parsing *p, const char *text)
-{
-    if (p->status >= 0) stop(p, loxo_fail_at(p->ctx, LOXO_ERR_MALFORMED, here(p), "%s", text));
-}
+static void stop_malformed(parsing *p, const char *text) { loxo_xml_stop_malformed(&p->xml, text); }
 
 /* ---- attributes of a DataArray ------------------------------------------------------------------------------- */
 
-static const char *attribute(const char **attributes, const char *key)
-{
-    for (; attributes[0] != NULL; attributes += 2)
-        if (strcmp(attributes[0], key) == 0) return attributes[1];
-    return NULL;
-}
+static const char *attribute(const char **attributes, const char *key) { return loxo_xml_attribute(attributes, key); }
 
-static bool parse_number(const char *text, int64_t *value)
-{
-    const char *at = text, *end = text == NULL ? NULL : text + strlen(text);
-    return text != NULL && loxo_scan_int64(&at, end, value) == LOXO_SCAN_OK && at == end;
-}
+static bool parse_number(const char *text, int64_t *value) { return loxo_xml_integer(text, value); }
 
 static bool parse_count(const char *text, int64_t *value) { return parse_number(text, value) && *value >= 0; }
 
@@ -102,7 +71,7 @@ static bool parse_dimensions(parsing *p, const char **attributes)
     }
     int64_t n;
     if (__builtin_mul_overflow(array->n_rows, array->n_columns, &n) || n >= MAX_NUMBERS) {
-        stop(p, loxo_fail_at(p->ctx, LOXO_ERR_LIMIT, here(p), "DataArray: more numbers than any file could hold"));
+        stop(p, loxo_fail_at(p->xml.ctx, LOXO_ERR_LIMIT, here(p), "DataArray: more numbers than any file could hold"));
         return false;
     }
     return true;
@@ -120,7 +89,7 @@ static bool parse_coding(parsing *p, const char **attributes)
     } else if (encoding != NULL && strcmp(encoding, "GZipBase64Binary") == 0) {
         array->encoding = LOXO_GIFTI_GZIP;
     } else if (encoding != NULL && strcmp(encoding, "ExternalFileBinary") == 0) {
-        stop(p, loxo_fail_at(p->ctx, LOXO_ERR_UNSUPPORTED, here(p),
+        stop(p, loxo_fail_at(p->xml.ctx, LOXO_ERR_UNSUPPORTED, here(p),
                              "DataArray: data in another file (ExternalFileBinary) is never opened"));
         return false;
     } else {
@@ -152,7 +121,7 @@ static void copy_text(char to[64], const char *from)
 static void begin_array(parsing *p, const char **attributes)
 {
     const char *intent = attribute(attributes, "Intent"), *type = attribute(attributes, "DataType");
-    p->array = (loxo_gifti_array){.line = (int64_t)XML_GetCurrentLineNumber(p->parser)};
+    p->array = (loxo_gifti_array){.line = (int64_t)XML_GetCurrentLineNumber(p->xml.parser)};
     p->in_array = true;
     p->has_data = false;
     if (intent == NULL || strncmp(intent, "NIFTI_INTENT_", 13) != 0) {
@@ -169,7 +138,7 @@ static void begin_array(parsing *p, const char **attributes)
                     : strcmp(type + 11, "INT32") == 0   ? LOXO_GIFTI_INT32
                                                         : LOXO_GIFTI_OTHER;
     if (!parse_dimensions(p, attributes) || !parse_coding(p, attributes)) return;
-    const int wanted = p->want(p->user, p->ctx, p->name, &p->array);
+    const int wanted = p->want(p->user, p->xml.ctx, p->xml.name, &p->array);
     if (wanted < 0) {
         stop(p, (loxo_status)wanted);
         return;
@@ -181,17 +150,17 @@ static void begin_array(parsing *p, const char **attributes)
 
 static loxo_place at_array(const parsing *p)
 {
-    return (loxo_place){.file = p->name, .line = p->array.line, .byte = -1, .element = -1};
+    return (loxo_place){.file = p->xml.name, .line = p->array.line, .byte = -1, .element = -1};
 }
 
 static void stop_array(parsing *p, loxo_status status, const char *text)
 {
-    stop(p, loxo_fail_at(p->ctx, status, at_array(p), "DataArray: %s", text));
+    stop(p, loxo_fail_at(p->xml.ctx, status, at_array(p), "DataArray: %s", text));
 }
 
 static void stop_count(parsing *p, size_t n_found, size_t n_wanted, const char *unit)
 {
-    stop(p, loxo_fail_at(p->ctx, LOXO_ERR_MALFORMED, at_array(p),
+    stop(p, loxo_fail_at(p->xml.ctx, LOXO_ERR_MALFORMED, at_array(p),
                          "DataArray: its dimensions make %zu %s, the data holds %s%zu", n_wanted, unit,
                          n_found > n_wanted ? "more than " : "", n_found > n_wanted ? n_wanted : n_found));
 }
@@ -203,7 +172,7 @@ static bool reserve_data(parsing *p, size_t n)
     if (n <= p->capacity - p->n_data) return true;
     if (wanted < p->n_data + n) wanted = p->n_data + n;
     if (wanted < FEED_BYTES) wanted = FEED_BYTES;
-    uint8_t *grown = loxo_reallocate(p->ctx, p->data, (int64_t)wanted, 1);
+    uint8_t *grown = loxo_reallocate(p->xml.ctx, p->data, (int64_t)wanted, 1);
     if (grown == NULL) {
         stop(p, LOXO_ERR_MEMORY);
         return false;
@@ -229,7 +198,7 @@ static void decode_ascii(parsing *p, size_t n_numbers, size_t width)
         stop_count(p, (p->n_data + 1) / 2, n_numbers, "numbers");
         return;
     }
-    uint8_t *bytes = loxo_allocate(p->ctx, (int64_t)n_numbers, width);
+    uint8_t *bytes = loxo_allocate(p->xml.ctx, (int64_t)n_numbers, width);
     if (bytes == NULL) {
         stop(p, LOXO_ERR_MEMORY);
         return;
@@ -261,8 +230,8 @@ static void decode_ascii(parsing *p, size_t n_numbers, size_t width)
                 memcpy(bytes + n * width, &value, width);
         }
         if (scan != LOXO_SCAN_OK) {
-            stop(p,
-                 loxo_fail_at(p->ctx, LOXO_ERR_MALFORMED, at_array(p), "DataArray: number %zu is none of its type", n));
+            stop(p, loxo_fail_at(p->xml.ctx, LOXO_ERR_MALFORMED, at_array(p),
+                                 "DataArray: number %zu is none of its type", n));
             return;
         }
     }
@@ -273,13 +242,14 @@ static void inflate_data(parsing *p, size_t n_wanted)
 {
     uint8_t *bytes = NULL;
     size_t n = 0;
-    const loxo_status status = loxo_source_inflate(p->ctx, p->data, p->n_data, true, p->name, n_wanted, &bytes, &n);
+    const loxo_status status =
+        loxo_source_inflate(p->xml.ctx, p->data, p->n_data, true, p->xml.name, n_wanted, &bytes, &n);
     if (status == LOXO_ERR_LIMIT) {
         stop_count(p, n_wanted + 1, n_wanted, "bytes");
     } else if (status == LOXO_ERR_MALFORMED) {
         /* Its byte is one of the compressed data, not of the file. */
         char text[256];
-        const char *why = loxo_context_failure(p->ctx)->text;
+        const char *why = loxo_context_failure(p->xml.ctx)->text;
         const size_t n_why = strlen(why) < sizeof text ? strlen(why) : sizeof text - 1;
         memcpy(text, why, n_why);
         text[n_why] = '\0';
@@ -287,7 +257,7 @@ static void inflate_data(parsing *p, size_t n_wanted)
     } else if (status < 0) {
         stop(p, status);
     } else {
-        loxo_release(p->ctx, p->data);
+        loxo_release(p->xml.ctx, p->data);
         p->data = bytes;
         p->n_data = p->capacity = n;
     }
@@ -307,7 +277,7 @@ static void finish_data(parsing *p)
         return;
     }
     if (array->encoding == LOXO_GIFTI_GZIP && n_wanted > 0) inflate_data(p, n_wanted);
-    if (p->status < 0) return;
+    if (p->xml.status < 0) return;
     if (p->n_data != n_wanted && !(array->encoding == LOXO_GIFTI_GZIP && n_wanted == 0)) {
         stop_count(p, p->n_data, n_wanted, "bytes");
         return;
@@ -337,36 +307,32 @@ static void end_array(parsing *p)
 static void XMLCALL on_start(void *user, const char *element, const char **attributes)
 {
     parsing *p = user;
-    if (p->status < 0) return;
-    if (++p->depth > MAX_DEPTH) {
-        stop(p, loxo_fail_at(p->ctx, LOXO_ERR_LIMIT, here(p), "elements lie more than %d deep", MAX_DEPTH));
-        return;
-    }
+    if (!loxo_xml_enter(&p->xml)) return;
     if (p->in_data) {
         stop_malformed(p, "an element inside Data");
         return;
     }
     p->text = NULL;
-    if (p->depth == 1) {
+    if (p->xml.depth == 1) {
         if (strcmp(element, "GIFTI") != 0) stop_malformed(p, "XML, but no GIFTI: the outermost element is another one");
         if (!parse_count(attribute(attributes, "NumberOfDataArrays"), &p->n_announced)) p->n_announced = -1;
-    } else if (p->depth == 2 && strcmp(element, "DataArray") == 0) {
+    } else if (p->xml.depth == 2 && strcmp(element, "DataArray") == 0) {
         begin_array(p, attributes);
-    } else if (p->depth == 2) {
+    } else if (p->xml.depth == 2) {
         p->in_labels = p->take_label != NULL && strcmp(element, "LabelTable") == 0;
-    } else if (p->depth == 3 && p->in_labels && strcmp(element, "Label") == 0) {
+    } else if (p->xml.depth == 3 && p->in_labels && strcmp(element, "Label") == 0) {
         const char *key = attribute(attributes, "Key"); /* "Index" in early files */
         p->has_label = parse_number(key != NULL ? key : attribute(attributes, "Index"), &p->label);
         p->text = p->value;
         p->n_text = 0;
         p->text[0] = '\0';
-    } else if (p->depth == 3 && p->in_array && strcmp(element, "Data") == 0) {
+    } else if (p->xml.depth == 3 && p->in_array && strcmp(element, "Data") == 0) {
         if (p->has_data) stop_malformed(p, "DataArray: a second Data");
         p->has_data = true;
         p->in_data = true;
         p->n_data = 0;
         if (p->is_wanted) reserve_data(p, 1); /* a pointer even where no text follows */
-    } else if (p->depth == 5 && p->in_array && p->is_wanted) {
+    } else if (p->xml.depth == 5 && p->in_array && p->is_wanted) {
         p->text = strcmp(element, "Name") == 0 ? p->key : strcmp(element, "Value") == 0 ? p->value : NULL;
         p->n_text = 0;
         if (p->text != NULL) p->text[0] = '\0';
@@ -376,26 +342,26 @@ static void XMLCALL on_start(void *user, const char *element, const char **attri
 static void XMLCALL on_end(void *user, const char *element)
 {
     parsing *p = user;
-    if (p->status < 0) return;
+    if (p->xml.status < 0) return;
     p->text = NULL;
-    if (p->depth == 3 && p->in_labels && strcmp(element, "Label") == 0) {
+    if (p->xml.depth == 3 && p->in_labels && strcmp(element, "Label") == 0) {
         if (p->has_label) p->take_label(p->user, p->label, p->value);
-    } else if (p->depth == 4 && p->in_array && p->is_wanted && strcmp(p->key, "Name") == 0) {
+    } else if (p->xml.depth == 4 && p->in_array && p->is_wanted && strcmp(p->key, "Name") == 0) {
         copy_text(p->array.name, p->value);
         p->key[0] = '\0';
-    } else if (p->depth == 3 && p->in_data) {
+    } else if (p->xml.depth == 3 && p->in_data) {
         p->in_data = false;
         if (p->is_wanted) finish_data(p);
-    } else if (p->depth == 2 && p->in_array) {
+    } else if (p->xml.depth == 2 && p->in_array) {
         end_array(p);
     }
-    --p->depth;
+    loxo_xml_leave(&p->xml);
 }
 
 static void XMLCALL on_text(void *user, const char *text, int n)
 {
     parsing *p = user;
-    if (p->status < 0) return;
+    if (p->xml.status < 0) return;
     if (p->in_data) {
         if (p->is_wanted) append_data(p, text, (size_t)n);
     } else if (p->text != NULL) {
@@ -405,89 +371,31 @@ static void XMLCALL on_text(void *user, const char *text, int n)
     }
 }
 
-static void XMLCALL on_doctype(void *user, const char *name, const char *system_id, const char *public_id,
-                               int has_internal_subset)
-{
-    (void)name, (void)system_id, (void)public_id;
-    if (has_internal_subset != 0) stop_malformed(user, "a DOCTYPE with declarations of its own is refused");
-}
-
-static void XMLCALL on_entity(void *user, const char *name, int is_parameter, const char *value, int n_value,
-                              const char *base, const char *system_id, const char *public_id, const char *notation)
-{
-    (void)name, (void)is_parameter, (void)value, (void)n_value;
-    (void)base, (void)system_id, (void)public_id, (void)notation;
-    stop_malformed(user, "entity declarations are refused");
-}
-
-static void XMLCALL on_skipped_entity(void *user, const char *name, int is_parameter)
-{
-    (void)name, (void)is_parameter;
-    stop_malformed(user, "a reference to an entity that is not defined");
-}
-
 /* ---- the document -------------------------------------------------------------------------------------------- */
-
-static loxo_status fail_xml(parsing *p)
-{
-    const enum XML_Error error = XML_GetErrorCode(p->parser);
-    if (p->status < 0) return p->status;
-    if (error == XML_ERROR_NO_MEMORY) return loxo_fail(p->ctx, LOXO_ERR_MEMORY, "GIFTI: no memory for the XML parser");
-    return loxo_fail_at(p->ctx, LOXO_ERR_MALFORMED, here(p), "XML: %s", XML_ErrorString(error));
-}
-
-/* A piece of the document, at most INT_MAX bytes; n_before: those before it. */
-static loxo_status feed_piece(parsing *p, const uint8_t *bytes, size_t n, size_t n_before, bool is_last)
-{
-    if (XML_Parse(p->parser, (const char *)bytes, (int)n, is_last) != XML_STATUS_OK) return fail_xml(p);
-    if (p->status < 0) return p->status;
-    if ((int64_t)(n_before + n) - (int64_t)XML_GetCurrentByteIndex(p->parser) > TOKEN_BYTES)
-        return loxo_fail_at(p->ctx, LOXO_ERR_LIMIT, here(p), "XML: a tag or comment of more than 1 MiB");
-    return LOXO_OK;
-}
 
 static loxo_status feed(parsing *p, const uint8_t *bytes, size_t n)
 {
-    for (size_t at = 0; at < n;) {
-        const size_t n_now = n - at < FEED_BYTES ? n - at : FEED_BYTES;
-        const loxo_status status = feed_piece(p, bytes + at, n_now, at, at + n_now == n);
-        if (status < 0) return status;
-        at += n_now;
-        if (loxo_stop_wanted(p->ctx, "read", (double)at / (double)n))
-            return loxo_fail_at(p->ctx, LOXO_ERR_STOPPED, here(p), "stopped while reading");
-    }
-    if (p->n_announced >= 0 && p->n_announced != p->n_arrays)
-        loxo_warn(p->ctx, "gifti-arrays", 1, "%s: %" PRId64 " arrays announced, %" PRId64 " found", p->name,
+    const loxo_status status = loxo_xml_feed(&p->xml, bytes, n);
+    if (status >= 0 && p->n_announced >= 0 && p->n_announced != p->n_arrays)
+        loxo_warn(p->xml.ctx, "gifti-arrays", 1, "%s: %" PRId64 " arrays announced, %" PRId64 " found", p->xml.name,
                   p->n_announced, p->n_arrays);
-    return LOXO_OK;
+    return status;
 }
 
-static loxo_status begin(parsing *p)
-{
-    p->parser = XML_ParserCreate(NULL);
-    if (p->parser == NULL) return loxo_fail(p->ctx, LOXO_ERR_MEMORY, "GIFTI: no memory for the XML parser");
-    XML_SetUserData(p->parser, p);
-    XML_SetElementHandler(p->parser, on_start, on_end);
-    XML_SetCharacterDataHandler(p->parser, on_text);
-    XML_SetStartDoctypeDeclHandler(p->parser, on_doctype);
-    XML_SetEntityDeclHandler(p->parser, on_entity);
-    XML_SetSkippedEntityHandler(p->parser, on_skipped_entity);
-    return LOXO_OK;
-}
+static loxo_status begin(parsing *p) { return loxo_xml_begin(&p->xml, on_start, on_end, on_text); }
 
 static void end(parsing *p)
 {
-    XML_ParserFree(p->parser);
-    loxo_release(p->ctx, p->data);
-    loxo_release(p->ctx, p->array.bytes);
+    loxo_xml_end(&p->xml);
+    loxo_release(p->xml.ctx, p->data);
+    loxo_release(p->xml.ctx, p->array.bytes);
 }
 
 loxo_status loxo_gifti_parse(loxo_context *ctx, const uint8_t *bytes, size_t n, const char *name,
                              loxo_gifti_want_fn want, loxo_gifti_take_fn take, loxo_gifti_label_fn take_label,
                              void *user)
 {
-    parsing p = {.ctx = ctx,
-                 .name = name,
+    parsing p = {.xml = {.ctx = ctx, .name = name, .kind = "GIFTI"},
                  .want = want,
                  .take = take,
                  .take_label = take_label,
@@ -506,18 +414,19 @@ loxo_status loxo_gifti_parse(loxo_context *ctx, const uint8_t *bytes, size_t n, 
 loxo_status loxo_gifti_parse_flow(loxo_flow *flow, const uint8_t *bytes, size_t n, loxo_gifti_want_fn want,
                                   loxo_gifti_enough_fn is_enough, void *user)
 {
-    parsing p = {.ctx = flow->ctx, .name = flow->name, .want = want, .user = user, .n_announced = -1};
+    parsing p = {
+        .xml = {.ctx = flow->ctx, .name = flow->name, .kind = "GIFTI"}, .want = want, .user = user, .n_announced = -1};
     size_t at = 0;
     uint8_t *buffer = loxo_allocate(flow->ctx, FEED_BYTES, 1);
     loxo_status status = buffer == NULL ? LOXO_ERR_MEMORY : begin(&p);
     if (status < 0) goto done;
     for (;;) {
-        if ((status = feed_piece(&p, bytes, n, at, n == 0)) < 0 || n == 0 || is_enough(user)) break;
+        if ((status = loxo_xml_feed_piece(&p.xml, bytes, n, at, n == 0)) < 0 || n == 0 || is_enough(user)) break;
         at += n;
         if ((status = loxo_flow_read(flow, buffer, FEED_BYTES, &n)) < 0) break;
         bytes = buffer;
-        if (!loxo_stop_wanted(p.ctx, "read", -1.0)) continue;
-        status = loxo_fail_at(p.ctx, LOXO_ERR_STOPPED, here(&p), "stopped while reading");
+        if (!loxo_stop_wanted(p.xml.ctx, "read", -1.0)) continue;
+        status = loxo_fail_at(p.xml.ctx, LOXO_ERR_STOPPED, here(&p), "stopped while reading");
         break;
     }
     end(&p);

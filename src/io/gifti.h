@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * The arrays of a GIFTI file, decoded. The XML is read by expat, as a stream: no entity is ever expanded, no other file
- * opened, nothing recurses, and memory follows the bytes that are there. */
+ * The arrays of a GIFTI file, decoded. The XML is read as io/xml.h promises. */
 #ifndef LOXO_IO_GIFTI_H
 #define LOXO_IO_GIFTI_H
 
