@@ -12,6 +12,7 @@
 #include <loxo/geodesic.h>
 #include <loxo/io.h>
 #include <loxo/lines.h>
+#include <loxo/locate.h>
 #include <loxo/measure.h>
 #include <loxo/mesh.h>
 #include <loxo/moebius.h>
