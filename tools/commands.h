@@ -12,6 +12,7 @@ extern const cli_command command_geodesic;
 extern const cli_command command_sample;
 extern const cli_command command_render;
 extern const cli_command command_measure;
+extern const cli_command command_sphere;
 extern const cli_command command_center;
 extern const cli_command command_barycenter;
 extern const cli_command command_polygon;

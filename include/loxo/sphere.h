@@ -140,6 +140,9 @@ LOXO_API loxo_status loxo_sphere_create_intrinsic(loxo_context *ctx, const loxo_
                                                   const loxo_sphere_settings *settings, loxo_sphere **out);
 LOXO_API void loxo_sphere_destroy(loxo_sphere *sphere);
 
+/* Bytes that a solver of these settings takes at most while it works, the mesh not counted; of factors, what is guessed of them. */
+LOXO_API loxo_status loxo_sphere_estimate(loxo_context *ctx, int64_t n_vertices, int64_t n_faces,
+                                          const loxo_sphere_settings *settings, size_t *bytes);
 /* Makes the map.
  *   start    [n][3] a map to begin with, in the caller's order, directions; needed with LOXO_SPHERE_START_GIVEN, else NULL
  *   map      [n][3] out, unit vectors in the caller's order; may be start

@@ -36,6 +36,12 @@ typedef struct newton_state {
     int64_t n_evaluations, n_linear_steps, n_held;
 } newton_state;
 
+size_t sphere_newton_bytes(int64_t n_vertices, int64_t n_faces)
+{
+    const size_t vectors = 3 * (2 + LOXO_STEIHAUG_WORK) * sizeof(double);
+    return (size_t)n_vertices * (vectors + 2) + sphere_tangent_bytes(n_vertices, n_faces);
+}
+
 static loxo_status begin(newton_state *s, const sphere_problem *p, const sphere_pull *pull, sphere_map f)
 {
     const int64_t n = p->m.n_vertices;
@@ -246,6 +252,7 @@ loxo_status sphere_map_newton(const sphere_problem *p, const sphere_pull *pull, 
 {
     newton_state s;
     loxo_status status = begin(&s, p, pull, f);
+    sphere_note_bytes(p, info);
     s.forcing = LOOSEST_FORCING;
     info->n_iterations = 0;
     if (status >= 0) status = iterate(&s, info);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT
  * The solver for spherical maps: what every method is surrounded with. It looks at the surface, finds a start, lets the method work, mends
  * folds, centres, checks, and gives the map in the caller's order. */
+#include "algebra/cholesky.h"
 #include "base/allocate.h"
 #include "base/options.h"
 #include "base/os.h"
@@ -8,6 +9,7 @@
 #include "operator/laplacian.h"
 #include "par/range.h"
 #include "solver/sphere/sphere_internal.h"
+#include "solver/sphere/tangent.h"
 
 #include <inttypes.h>
 #include <stdio.h>
@@ -87,6 +89,7 @@ static loxo_status create(loxo_context *ctx, const loxo_mesh *mesh, const loxo_m
     const loxo_sphere_settings chosen = settings != NULL ? *settings : loxo_sphere_settings_default();
     const double start_s = loxo_os_clock_s();
     if (out == NULL || ctx == NULL) return LOXO_ERR_ARGUMENT;
+    const size_t base_bytes = loxo_context_memory(ctx).current_bytes;
     *out = NULL;
     if (mesh == NULL || weights == NULL) return loxo_fail(ctx, LOXO_ERR_ARGUMENT, "sphere: the mesh is NULL");
     loxo_status status = loxo_options_check(ctx, "sphere", loxo_sphere_options, &chosen);
@@ -100,7 +103,7 @@ static loxo_status create(loxo_context *ctx, const loxo_mesh *mesh, const loxo_m
     if (s == NULL) return LOXO_ERR_MEMORY;
     s->mesh = mesh;
     s->n_given = loxo_mesh_n_vertices(mesh);
-    s->problem = (sphere_problem){.ctx = ctx, .m = m, .settings = chosen};
+    s->problem = (sphere_problem){.ctx = ctx, .m = m, .settings = chosen, .base_bytes = base_bytes};
     s->problem.area = loxo_allocate(ctx, m.n_vertices, sizeof *s->problem.area);
     s->order = loxo_allocate(ctx, s->n_given, sizeof *s->order);
     s->f = loxo_allocate(ctx, m.n_vertices, sizeof *s->f);
@@ -138,6 +141,32 @@ void loxo_sphere_destroy(loxo_sphere *s)
     loxo_release(ctx, s->order);
     loxo_release(ctx, s->f);
     loxo_release(ctx, s);
+}
+
+void sphere_note_bytes(const sphere_problem *p, loxo_sphere_info *info)
+{
+    const size_t now = loxo_context_memory(p->ctx).current_bytes;
+    if (now > p->base_bytes && now - p->base_bytes > info->workspace_bytes) info->workspace_bytes = now - p->base_bytes;
+}
+
+/* Bytes a row of multigrid's hierarchy, at most. */
+#define MULTIGRID_BYTES 150
+
+loxo_status loxo_sphere_estimate(loxo_context *ctx, int64_t n_vertices, int64_t n_faces,
+                                 const loxo_sphere_settings *settings, size_t *bytes)
+{
+    const loxo_sphere_settings chosen = settings != NULL ? *settings : loxo_sphere_settings_default();
+    if (ctx == NULL) return LOXO_ERR_ARGUMENT;
+    if (bytes == NULL || n_vertices < 0 || n_faces < 0)
+        return loxo_fail(ctx, LOXO_ERR_ARGUMENT, "sphere: counts are not negative");
+    const loxo_status status = loxo_options_check(ctx, "sphere", loxo_sphere_options, &chosen);
+    if (status < 0) return status;
+    const size_t n = (size_t)n_vertices;
+    const size_t matrix = n * 16 + (size_t)n_faces * 3 * 12, own = n * (8 + 24 + sizeof(loxo_index));
+    const size_t solver =
+        chosen.factor == LOXO_SPHERE_CHOLESKY ? loxo_cholesky_guess_bytes(n_vertices) : MULTIGRID_BYTES * n;
+    *bytes = matrix + own + solver + sphere_newton_bytes(n_vertices, n_faces);
+    return LOXO_OK;
 }
 
 loxo_status sphere_center(const sphere_problem *p, sphere_map f, loxo_center_info *info)

@@ -20,7 +20,11 @@ typedef struct sphere_problem {
     loxo_sphere_settings settings;
     loxo_csr laplacian; /* L of (3.4) */
     double *area;       /* [n] lumped areas of the surface, sum 1 */
+    size_t base_bytes;  /* of the context before there was any of this */
 } sphere_problem;
+
+/* To be called where a method holds most: what the info tells as its workspace. */
+void sphere_note_bytes(const sphere_problem *p, loxo_sphere_info *info);
 
 /* ---- energy.c: sums over faces and vertices; same bits for any number of threads ------------------------------ */
 

@@ -31,6 +31,9 @@ loxo_status sphere_tangent_create(const sphere_problem *p, const sphere_pull *pu
 void sphere_tangent_destroy(sphere_tangent *t);
 size_t sphere_tangent_bytes(int64_t n_vertices, int64_t n_faces); /* without the preconditioner */
 
+/* newton.c: with the vectors of the steps. */
+size_t sphere_newton_bytes(int64_t n_vertices, int64_t n_faces);
+
 /* Goes to f: gradient, multipliers and all that products with the Hessian there need. */
 loxo_status sphere_tangent_go(sphere_tangent *t, sphere_const_map f);
 /* What is made small, at any g, with the multipliers of the last go. */
