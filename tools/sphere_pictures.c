@@ -36,12 +36,13 @@ static void canvas_destroy(cli_run *run, canvas *c)
 
 /* ---- both sides ------------------------------------------------------------------------------------------------- */
 
-#define BAR 0.2 /* room for the scale bar, in heights */
+#define BAR  0.2 /* room for the scale bar, in heights */
+#define SIDE 1.1 /* and for a side: wide enough that the height decides how large spheres and letters are */
 
 loxo_draw_settings cli_sphere_draw_default(void)
 {
     loxo_draw_settings s = loxo_draw_settings_default();
-    s.width = (int)((2.0 + BAR) * s.height);
+    s.width = (int)((2.0 * SIDE + BAR) * s.height);
     s.n_isolines = 0;
     return s;
 }

@@ -33,18 +33,20 @@ typedef struct k_triangle {
     int longest; /* side; of equals the first */
 } k_triangle;
 
-/* The normal from the two shorter sides: on needles longer ones would lose digits. */
+/* The normal from the two shorter sides: on needles longer ones would lose digits. Written out, as sides picked by a computed index
+ * would have to go through memory. */
 static inline k_triangle k_triangle_of(loxo_vec3 a, loxo_vec3 b, loxo_vec3 c)
 {
-    k_triangle t = {.edge = {v3_sub(c, b), v3_sub(a, c), v3_sub(b, a)}};
-    const double square[3] = {v3_dot(t.edge[0], t.edge[0]), v3_dot(t.edge[1], t.edge[1]), v3_dot(t.edge[2], t.edge[2])};
-    for (int k = 1; k < 3; ++k)
-        if (square[k] > square[t.longest]) t.longest = k;
-    for (int k = 0; k < 3; ++k)
-        t.along[k] = -v3_dot(t.edge[(k + 1) % 3], t.edge[(k + 2) % 3]);
-    t.normal = v3_cross(t.edge[(t.longest + 1) % 3], t.edge[(t.longest + 2) % 3]);
-    t.twice_area = v3_norm(t.normal);
-    return t;
+    const loxo_vec3 e0 = v3_sub(c, b), e1 = v3_sub(a, c), e2 = v3_sub(b, a);
+    const double s0 = v3_dot(e0, e0), s1 = v3_dot(e1, e1), s2 = v3_dot(e2, e2);
+    const int longest = s1 > s0 ? (s2 > s1 ? 2 : 1) : (s2 > s0 ? 2 : 0);
+    const loxo_vec3 u = longest == 0 ? e1 : longest == 1 ? e2 : e0, v = longest == 0 ? e2 : longest == 1 ? e0 : e1;
+    const loxo_vec3 normal = v3_cross(u, v);
+    return (k_triangle){.edge = {e0, e1, e2},
+                        .normal = normal,
+                        .along = {-v3_dot(e1, e2), -v3_dot(e2, e0), -v3_dot(e0, e1)},
+                        .twice_area = v3_norm(normal),
+                        .longest = longest};
 }
 
 /* sine and cosine, times one positive number, of |alpha - alpha(f)| at corner k: by addition theorems, so that small differences keep their
