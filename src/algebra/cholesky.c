@@ -69,6 +69,8 @@ struct loxo_cholesky {
     loxo_context *ctx;
     cholmod_calls call;
     int64_t n;
+    bool is_indefinite;
+    int64_t fixed; /* -1: none */
     cholmod_common common;
     cholmod_factor *factor;
     cholmod_dense *x, *y, *e; /* kept from one solve to the next */
@@ -90,6 +92,14 @@ static loxo_status fail_by(const loxo_cholesky *c, const char *what)
                      "Cholesky: %s failed (CHOLMOD status %d)", what, status);
 }
 
+/* The diagonal as it is factored. */
+static double pivot_of(const loxo_cholesky *c, const loxo_csr *a, int64_t i)
+{
+    const bool is_there =
+        c->is_indefinite ? a->begin[i] < a->begin[i + 1] || a->diagonal[i] != 0.0 : a->diagonal[i] > 0.0;
+    return is_there && i != c->fixed ? a->diagonal[i] : 1.0;
+}
+
 /* Lower triangle by columns, which are the rows' entries from the diagonal on. NULL: no memory. */
 static cholmod_sparse *make_sparse(loxo_cholesky *c, const loxo_csr *a)
 {
@@ -101,19 +111,19 @@ static cholmod_sparse *make_sparse(loxo_cholesky *c, const loxo_csr *a)
     for (int64_t i = 0; i < a->n_rows; ++i) {
         start[i] = to;
         row[to] = i;
-        value[to++] = a->diagonal[i] > 0.0 ? a->diagonal[i] : 1.0;
+        value[to++] = pivot_of(c, a, i);
         for (int64_t k = a->begin[i]; k < a->begin[i + 1]; ++k) {
             if (a->column[k] < i) continue;
             row[to] = a->column[k];
-            value[to++] = a->value[k];
+            value[to++] = i == c->fixed || a->column[k] == c->fixed ? 0.0 : a->value[k];
         }
     }
     start[a->n_rows] = to;
     return s;
 }
 
-loxo_status loxo_cholesky_create(loxo_context *ctx, const loxo_csr *matrix, loxo_cholesky_info *info,
-                                 loxo_cholesky **out)
+static loxo_status create(loxo_context *ctx, const loxo_csr *matrix, bool is_indefinite, int64_t fixed,
+                          loxo_cholesky_info *info, loxo_cholesky **out)
 {
     loxo_cholesky_info own = {0};
     loxo_status status = LOXO_OK;
@@ -122,11 +132,14 @@ loxo_status loxo_cholesky_create(loxo_context *ctx, const loxo_csr *matrix, loxo
     if (c == NULL) return LOXO_ERR_MEMORY;
     c->ctx = ctx;
     c->n = matrix->n_rows;
+    c->is_indefinite = is_indefinite;
+    c->fixed = fixed;
     if (!find_calls(&c->call) || c->call.start(&c->common) == 0) {
         loxo_release(ctx, c);
         return loxo_fail(ctx, LOXO_ERR_UNSUPPORTED, "Cholesky: " LIBRARY " cannot be loaded");
     }
     c->common.print = 0;
+    if (is_indefinite) c->common.supernodal = CHOLMOD_SIMPLICIAL;
     cholmod_sparse *s = make_sparse(c, matrix);
     if (s != NULL) c->factor = c->call.analyze(s, &c->common);
     c->call.free_sparse(&s, &c->common);
@@ -148,6 +161,18 @@ fail:
     return status;
 }
 
+loxo_status loxo_cholesky_create(loxo_context *ctx, const loxo_csr *matrix, loxo_cholesky_info *info,
+                                 loxo_cholesky **out)
+{
+    return create(ctx, matrix, false, -1, info, out);
+}
+
+loxo_status loxo_cholesky_create_indefinite(loxo_context *ctx, const loxo_csr *matrix, int64_t fixed,
+                                            loxo_cholesky_info *info, loxo_cholesky **out)
+{
+    return create(ctx, matrix, true, fixed, info, out);
+}
+
 loxo_status loxo_cholesky_factor(loxo_cholesky *c, const loxo_csr *matrix)
 {
     cholmod_sparse *s = make_sparse(c, matrix);
@@ -159,12 +184,13 @@ loxo_status loxo_cholesky_factor(loxo_cholesky *c, const loxo_csr *matrix)
         const SuiteSparse_long *start = c->factor->p;
         const double *x = c->factor->x;
         for (int64_t j = 0; j < c->n && at < 0; ++j)
-            if (!(x[start[j]] > 0.0)) at = j;
+            if (!isfinite(x[start[j]]) || x[start[j]] == 0.0 || (x[start[j]] < 0.0 && !c->is_indefinite)) at = j;
     }
     if (at >= 0) {
         const SuiteSparse_long *order = c->factor->Perm;
         const loxo_place place = {.byte = -1, .element = order != NULL ? order[at] : at};
-        return loxo_fail_at(c->ctx, LOXO_ERR_NUMERIC, place, "Cholesky: the matrix is not positive definite");
+        return loxo_fail_at(c->ctx, LOXO_ERR_NUMERIC, place, "Cholesky: the matrix is %s",
+                            c->is_indefinite ? "singular" : "not positive definite");
     }
     return is_done ? LOXO_OK : fail_by(c, "the factor");
 }
@@ -329,6 +355,13 @@ loxo_status loxo_cholesky_create(loxo_context *ctx, const loxo_csr *matrix, loxo
     *out = NULL;
     if (info != NULL) *info = (loxo_cholesky_info){0};
     return loxo_fail(ctx, LOXO_ERR_UNSUPPORTED, "Cholesky: this build has no CHOLMOD");
+}
+
+loxo_status loxo_cholesky_create_indefinite(loxo_context *ctx, const loxo_csr *matrix, int64_t fixed,
+                                            loxo_cholesky_info *info, loxo_cholesky **out)
+{
+    (void)fixed;
+    return loxo_cholesky_create(ctx, matrix, info, out);
 }
 
 /* None is ever made. */

@@ -29,12 +29,19 @@ bool loxo_cholesky_is_there(void);
  * returns  LOXO_OK; LOXO_ERR_MEMORY; LOXO_ERR_LIMIT; LOXO_ERR_UNSUPPORTED */
 loxo_status loxo_cholesky_create(loxo_context *ctx, const loxo_csr *matrix, loxo_cholesky_info *info,
                                  loxo_cholesky **out);
+/* The same for symmetric matrices of any sign: A = L D L^T, D diagonal with negative entries, too, without exchanges of rows for the sake of
+ * numbers. Where a pivot is much smaller than the entries below it, digits are lost: look at the residual of a solve. Columns one
+ * by one, some 10 times slower than above; no BLAS, so the same bits always.
+ *   fixed   a variable that is known, its row and column as of the identity; -1: none */
+loxo_status loxo_cholesky_create_indefinite(loxo_context *ctx, const loxo_csr *matrix, int64_t fixed,
+                                            loxo_cholesky_info *info, loxo_cholesky **out);
 /* Computes the factor from a matrix with the entries that were analyzed; again for other values. LOXO_ERR_NUMERIC: not
- * positive definite (element is a variable where that shows). Its bits may depend on the threads of the BLAS. */
+ * positive definite, or of an indefinite one a pivot that is 0 or not finite (element is a variable where that shows). Its bits may
+ * depend on the threads of the BLAS. */
 loxo_status loxo_cholesky_factor(loxo_cholesky *cholesky, const loxo_csr *matrix);
 /* x = A^-1 b; may be in place. Allocates some vectors. */
 loxo_status loxo_cholesky_solve(loxo_cholesky *cholesky, const double *b, double *x);
-/* Blocks of A^-1, one a group of variables: group g has n = begin[g + 1] - begin[g] of them, variable[begin[g]] and on. inverse
+/* Of a positive definite matrix: blocks of A^-1, one a group of variables: group g has n = begin[g + 1] - begin[g] of them, variable[begin[g]] and on. inverse
  * out: of each group the rows of its block's lower triangle, n (n + 1) / 2 numbers. A unit vector meets only its ancestors
  * in the elimination tree on its way through L, which costs little beside a solve, and n^2 / 2 products of such vectors.
  * returns  LOXO_OK, LOXO_ERR_MEMORY; takes 12 bytes a row while it works, and as many an ancestor of each variable */

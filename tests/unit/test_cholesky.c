@@ -116,6 +116,83 @@ TEST(what_is_not_definite_is_refused)
     loxo_csr_destroy(test_context, &b);
 }
 
+TEST(indefinite_matrices_have_pivots_of_both_signs)
+{
+    needs_cholmod();
+    const double dense[16] = {1, 3, 0, 0, 3, 1, 2, 0, 0, 2, -5, 0, 0, 0, 0, 0}; /* the last variable is not there */
+    loxo_csr a = matrix_of_dense(test_context, 4, dense);
+    const double b[4] = {1.0, -2.0, 3.0, 0.0};
+    double x[4], y[4];
+    loxo_cholesky *c;
+    CHECK_OK(loxo_cholesky_create_indefinite(test_context, &a, -1, NULL, &c));
+    for (int round = 0; round < 2; ++round) { /* again with the same object */
+        CHECK_OK(loxo_cholesky_factor(c, &a));
+        CHECK_OK(loxo_cholesky_solve(c, b, x));
+        for (int i = 0; i < 3; ++i) {
+            y[i] = 0.0;
+            for (int j = 0; j < 3; ++j)
+                y[i] += dense[4 * i + j] * x[j];
+            CHECK_NEAR(y[i], b[i], 1e-14);
+        }
+        CHECK_EQUAL(x[3], 0.0);
+    }
+    loxo_cholesky_destroy(c);
+    /* The first variable is known: its row and column do not count. */
+    CHECK_OK(loxo_cholesky_create_indefinite(test_context, &a, 0, NULL, &c));
+    CHECK_OK(loxo_cholesky_factor(c, &a));
+    CHECK_OK(loxo_cholesky_solve(c, b, x));
+    CHECK_NEAR(x[0], 1.0, 1e-15);
+    CHECK_NEAR(x[1] + 2.0 * x[2], -2.0, 1e-14);
+    CHECK_NEAR(2.0 * x[1] - 5.0 * x[2], 3.0, 1e-14);
+    loxo_cholesky_destroy(c);
+    loxo_csr_destroy(test_context, &a);
+}
+
+/* A sphere's Laplacian less a multiple of its masses: eigenvalues k (k + 1) - 25 on both sides of 0, none near it. */
+TEST(an_indefinite_matrix_of_a_mesh)
+{
+    double *mass;
+    needs_cholmod();
+    loxo_csr a = matrix_of_shape(test_context, LOXO_SHAPE_ICOSPHERE, 5000, &mass);
+    const int64_t n = a.n_rows;
+    for (int64_t i = 0; i < n; ++i)
+        mass[i] *= -25.0;
+    loxo_csr_scale_shift(test_context, &a, 1.0, mass);
+    double *b = random_vector(test_context, n, 9), *x = zero_vector(test_context, n), *y = zero_vector(test_context, n);
+    double most = 0.0;
+    loxo_cholesky *c;
+    CHECK_OK(loxo_cholesky_create_indefinite(test_context, &a, -1, NULL, &c));
+    CHECK_OK(loxo_cholesky_factor(c, &a));
+    CHECK_OK(loxo_cholesky_solve(c, b, x));
+    loxo_csr_multiply(test_context, &a, x, y);
+    for (int64_t i = 0; i < n; ++i)
+        most = fmax(most, fabs(x[i]));
+    for (int64_t i = 0; i < n; ++i)
+        CHECK_NEAR(y[i], b[i], 1e-10 * most); /* rounding times what pivots that are small let grow */
+    loxo_cholesky_destroy(c);
+    CHECK_OK(loxo_cholesky_create(test_context, &a, NULL, &c));
+    CHECK_STATUS(test_context, loxo_cholesky_factor(c, &a), LOXO_ERR_NUMERIC); /* as a definite one it is none */
+    loxo_cholesky_destroy(c);
+    loxo_release(test_context, b);
+    loxo_release(test_context, x);
+    loxo_release(test_context, y);
+    loxo_release(test_context, mass);
+    loxo_csr_destroy(test_context, &a);
+}
+
+TEST(a_pivot_of_zero_is_told)
+{
+    needs_cholmod();
+    const double dense[4] = {1, 1, 1, 1};
+    loxo_csr a = matrix_of_dense(test_context, 2, dense);
+    loxo_cholesky *c;
+    CHECK_OK(loxo_cholesky_create_indefinite(test_context, &a, -1, NULL, &c));
+    CHECK_STATUS(test_context, loxo_cholesky_factor(c, &a), LOXO_ERR_NUMERIC);
+    CHECK(strstr(loxo_context_failure(test_context)->text, "singular") != NULL);
+    loxo_cholesky_destroy(c);
+    loxo_csr_destroy(test_context, &a);
+}
+
 TEST(a_factor_over_the_limit_is_refused_before_it_is_made)
 {
     needs_cholmod();
