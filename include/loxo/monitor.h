@@ -17,10 +17,13 @@ typedef struct loxo_progress {
     double objective;     /* NaN where there is none */
     double residual;      /* NaN where there is none */
     double elapsed_s;     /* since the call into the library began */
+    /* of optimisers; 0 where there is none */
+    double gradient_norm; /* its largest entry in size */
+    double radius;        /* of the trust region */
 } loxo_progress;
 
 /* Called between iterations, from the thread that called the library, and not more often than about every
- * 20 ms; other threads of the library may be at work meanwhile. Nonzero asks the work to stop: it then returns LOXO_STOPPED (output is the last
+ * 20 ms but by optimisers of which each step solves large systems, which tell of every step; other threads of the library may be at work meanwhile. Nonzero asks the work to stop: it then returns LOXO_STOPPED (output is the last
  * state) or LOXO_ERR_STOPPED (there was none yet). */
 typedef int (*loxo_monitor_fn)(void *user, const loxo_progress *progress);
 
