@@ -269,7 +269,7 @@ loxo_status loxo_subspace_minimize(const loxo_subspace_problem *p, const loxo_su
             break;
         }
         if (!at_rounding && !(ratio >= 0.25))
-            info->radius = 0.25 * length;
+            info->radius = 0.5 * length;
         else if (!at_rounding && ratio > 0.75)
             info->radius = fmax(info->radius, 2.0 * length);
         if (!is_new) continue;

@@ -49,7 +49,7 @@ typedef struct loxo_subspace_info {
 /* Makes the value at x small. A step d minimises 1/2 d . H d + g . d over |d| <= radius in the plane of g and Newton's step, where H may have
  * any sign, and is taken where the value falls. Where less is to be gained than the value may be off by, steps that do not raise it by more
  * than that are taken as long as they halve the gradient: in flat directions x is then still far off.
- * With the ratio of the fall to that of the model, below 1/4 the radius becomes a quarter of the step's length, above 3/4 at least twice it.
+ * With the ratio of the fall to that of the model, below 1/4 the radius becomes half of the step's length, above 3/4 at least twice it.
  * The monitor hears of every point, its gradient and the radius.
  *   x          [n] in: where to begin; out: the best point
  * returns      LOXO_OK; LOXO_ERR_NUMERIC: the value or gradient where it begins is not finite; LOXO_ERR_MEMORY; what a call returned
