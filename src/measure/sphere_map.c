@@ -112,8 +112,8 @@ enum { SUM_IMAGE_FLAT = 2 * N_KINDS, SUM_N_SHIFTED };
 static void add_value(const measured_map *m, int kind, double value, double *sums)
 {
     const double x = value - m->shift[kind];
-    sums[2 * kind] += x;
-    sums[2 * kind + 1] += x * x;
+    sums[(int64_t)2 * kind] += x;
+    sums[(int64_t)2 * kind + 1] += x * x;
 }
 
 static void add_shifted(int64_t begin, int64_t end, const void *arg, double *sums)
@@ -186,9 +186,9 @@ static loxo_status find_percentiles(loxo_context *ctx, measured_map *m, int kind
 
 static void set_moments(const measured_map *m, int kind, const double *sums, loxo_distribution *out)
 {
-    const double n = (double)out->n, mean = sums[2 * kind] / n;
+    const double n = (double)out->n, mean = sums[(int64_t)2 * kind] / n;
     out->mean = m->shift[kind] + mean;
-    out->sd = sqrt(fmax(sums[2 * kind + 1] / n - mean * mean, 0.0));
+    out->sd = sqrt(fmax(sums[(int64_t)2 * kind + 1] / n - mean * mean, 0.0));
     if (out->n == 0) out->mean = out->sd = (double)NAN;
 }
 

@@ -35,14 +35,22 @@ static void take(void *arg, int64_t begin, int64_t end, loxo_range own)
     }
 }
 
+/* Returns the first vertex of the range whose area is not finite, or INT64_MAX. */
+static int64_t find_infinite(const double *area, loxo_range r)
+{
+    for (int64_t v = r.begin; v < r.end; ++v)
+        if (!isfinite(area[v])) return v;
+    return INT64_MAX;
+}
+
 loxo_status loxo_mesh_vertex_areas(loxo_context *ctx, const loxo_mesh_arrays *arrays, double *area)
 {
     loxo_status status = loxo_arrays_check_counts(ctx, "vertex areas", arrays);
     if (status < 0) return status;
-    if (area == NULL && arrays->n_vertices > 0)
-        return loxo_fail(ctx, LOXO_ERR_ARGUMENT, "vertex areas: nowhere to put them");
     areas to = {arrays, area};
     int64_t wrong = INT64_MAX;
+    if (arrays->n_vertices == 0) return loxo_gather_faces(ctx, arrays, 4.0, take, &to); /* where any face is wrong */
+    if (area == NULL) return loxo_fail(ctx, LOXO_ERR_ARGUMENT, "vertex areas: nowhere to put them");
 #pragma omp parallel num_threads(loxo_threads_for(ctx, arrays->n_faces, 4.0))
     {
         const loxo_range r = loxo_thread_range(arrays->n_vertices);
@@ -52,9 +60,8 @@ loxo_status loxo_mesh_vertex_areas(loxo_context *ctx, const loxo_mesh_arrays *ar
     if ((status = loxo_gather_faces(ctx, arrays, 4.0, take, &to)) < 0) return status;
 #pragma omp parallel num_threads(loxo_threads_for(ctx, arrays->n_vertices, 1.0)) reduction(min : wrong)
     {
-        const loxo_range r = loxo_thread_range(arrays->n_vertices);
-        for (int64_t v = r.begin; v < r.end; ++v)
-            if (!isfinite(area[v]) && v < wrong) wrong = v;
+        const int64_t vertex = find_infinite(area, loxo_thread_range(arrays->n_vertices));
+        if (vertex < wrong) wrong = vertex;
     }
     if (wrong == INT64_MAX) return LOXO_OK;
     return loxo_fail_at(ctx, LOXO_ERR_MESH, (loxo_place){.byte = -1, .element = wrong},
