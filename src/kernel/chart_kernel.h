@@ -40,6 +40,21 @@ static inline void k_chart_angles(loxo_vec3 f, double *theta, double *phi)
     *phi = atan2(hypot(f.x, f.y), f.z);
 }
 
+/* The image of a face as the paper has it, its area without a sign: A in place of s A. */
+static inline k_image_face k_chart_face_of(loxo_vec3 a, loxo_vec3 b, loxo_vec3 c)
+{
+    k_image_face face = k_image_face_of(a, b, c);
+    if (!(face.area < 0.0)) return face;
+    face.normal = v3_scale(-1.0, face.normal);
+    face.area = -face.area;
+    face.inverse = -face.inverse;
+    for (int k = 0; k < 3; ++k) {
+        face.cotangent[k] = -face.cotangent[k];
+        face.diagonal[k] = -face.diagonal[k];
+    }
+    return face;
+}
+
 /* Of (p, q, r), the gradient in Cartesian coordinates at this vertex, its parts along theta and phi: (3.15). */
 static inline void k_chart_gradient(const k_chart_frame *at, loxo_vec3 p, double gradient[2])
 {
@@ -65,7 +80,7 @@ static inline void k_chart_add_matrix(double weight, const k_chart_frame *at_i, 
     block[3] += weight * v3_dot(at_i->phi, at_j->phi);
 }
 
-/* block -= t_i^T (second derivative of the face's signed area by corners i and j) t_j: rows theta_i, phi_i, columns theta_j, phi_j. The block of
+/* block -= t_i^T (second derivative of the face's area by corners i and j) t_j: rows theta_i, phi_i, columns theta_j, phi_j. The block of
  * j and i is the transpose, to the bit. */
 static inline void k_chart_add_area(const k_image_face *face, int i, const k_chart_frame *at_i, int j,
                                     const k_chart_frame *at_j, double block[4])

@@ -164,7 +164,7 @@ static loxo_vec3 add_face(const sphere_problem *p, const k_chart_frame *frame, l
     const int64_t t = k_face_of(g);
     const int c = (int)(g - 3 * t);
     const loxo_index *v = p->m.halfedge_vertex + 3 * t;
-    const k_image_face face = k_image_face_of(frame[v[0]].f, frame[v[1]].f, frame[v[2]].f);
+    const k_image_face face = k_chart_face_of(frame[v[0]].f, frame[v[1]].f, frame[v[2]].f);
     if (rows->h != NULL) {
         k_chart_add_area(&face, c, &frame[v[c]], c, &frame[v[c]], rows->own);
         for (int k = 1; k <= 2; ++k) {
