@@ -200,13 +200,13 @@ static loxo_status find_plane(const loxo_subspace_problem *p, const double *g, d
     return build_model(p, &v, model);
 }
 
-/* Whether there is nothing more to do at a point just reached, whose gradient is known. is_stuck: the value tells nothing any more, and
- * the gradient does not fall either. */
-static bool is_done(const loxo_subspace_problem *p, const loxo_subspace_settings *settings, bool is_stuck,
+/* Whether there is nothing more to do at a point just reached, whose gradient is known. is_free: by a step that the radius did not cut
+ * short; is_stuck: the value tells nothing any more, and the gradient does not fall either. */
+static bool is_done(const loxo_subspace_problem *p, const loxo_subspace_settings *settings, bool is_free, bool is_stuck,
                     loxo_subspace_info *info)
 {
     const bool is_stopped = tell(p, settings, info);
-    if (info->move <= settings->tolerance || info->gradient_norm == 0.0)
+    if ((is_free && info->move <= settings->tolerance) || info->gradient_norm == 0.0)
         info->stop_reason = LOXO_SUBSPACE_TOLERANCE;
     else if (is_stuck)
         info->stop_reason = LOXO_SUBSPACE_ROUNDING;
@@ -225,7 +225,7 @@ loxo_status loxo_subspace_minimize(const loxo_subspace_problem *p, const loxo_su
     const size_t bytes = (size_t)n * sizeof(double);
     plane_model model = {0};
     double rounding = 0.0, a, b, length;
-    bool is_new = true, at_rounding = false;
+    bool is_new = true, is_free = false, at_rounding = false;
     *info = (loxo_subspace_info){.move = HUGE_VAL, .radius = settings->radius, .n_evaluations = 1};
     double *work = loxo_allocate(ctx, n, N_VECTORS * sizeof *work);
     if (work == NULL) return LOXO_ERR_MEMORY;
@@ -244,7 +244,8 @@ loxo_status loxo_subspace_minimize(const loxo_subspace_problem *p, const loxo_su
                                    settings->phase, (long long)info->n_iterations);
                 break;
             }
-            if (is_done(p, settings, at_rounding && info->gradient_norm > 0.5 * before, info)) break;
+            const bool is_stuck = at_rounding && info->gradient_norm > 0.5 * before;
+            if (is_done(p, settings, is_free, is_stuck, info)) break;
         }
         if (info->n_iterations >= settings->max_iterations) {
             info->stop_reason = LOXO_SUBSPACE_MAX_ITERATIONS;
@@ -257,6 +258,7 @@ loxo_status loxo_subspace_minimize(const loxo_subspace_problem *p, const loxo_su
         }
         double value, error;
         const double fall = choose_step(&model, info->radius, &a, &b, &length);
+        is_free = length < 0.99 * info->radius;
         step_to(ctx, n, at, a, s, b, g, to);
         ++info->n_iterations;
         ++info->n_evaluations;

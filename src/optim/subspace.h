@@ -25,7 +25,7 @@ typedef struct loxo_subspace_problem {
 
 typedef struct loxo_subspace_settings {
     const char *phase;      /* for the monitor; static storage */
-    double tolerance;       /* of move, of a step that was taken */
+    double tolerance;       /* of move, of a step that was taken and that the radius did not cut short */
     int64_t max_iterations; /* steps tried */
     double radius;          /* the first, > 0: most that |d| may be */
 } loxo_subspace_settings;
