@@ -2,6 +2,7 @@
 #include "sphere_report.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 
 /* ---- reading ---------------------------------------------------------------------------------------------------- */
@@ -105,9 +106,20 @@ static void tell_distribution(cli_run *run, const char *label, const loxo_distri
                d->mean, d->sd, d->median, d->percentile_75, d->percentile_95, d->percentile_99, d->max, unit);
 }
 
+/* E_C as the paper has it, and as solvers have it where that is another number. */
+static const char *energy_text(const loxo_sphere_map_measure *m, char text[96])
+{
+    if (m->energy_signed == m->energy)
+        (void)snprintf(text, 96, "E_C %.6e", m->energy);
+    else
+        (void)snprintf(text, 96, "E_C %.6e, %.6e with signed areas", m->energy, m->energy_signed);
+    return text;
+}
+
 void cli_tell_sphere_map(cli_run *run, const char *key, const char *label, bool is_short,
                          const loxo_sphere_map_measure *m)
 {
+    char text[96];
     json_t *o = json_put_object(run->report.json, key);
     json_put_number(o, "energy", m->energy);
     json_put_number(o, "energy_signed", m->energy_signed);
@@ -124,14 +136,14 @@ void cli_tell_sphere_map(cli_run *run, const char *key, const char *label, bool 
     put_distribution(o, "beltrami", &m->beltrami);
     put_distribution(o, "area_log", &m->area_log);
     if (is_short) {
-        report_row(&run->report, label, "E_C %.6e; angle error mean %.4g, SD %.4g; 50 %% %.4g, 75 %% %.4g degrees",
-                   m->energy, m->angle_error_deg.mean, m->angle_error_deg.sd, m->angle_error_deg.median,
+        report_row(&run->report, label, "%s; angle error mean %.4g, SD %.4g; 50 %% %.4g, 75 %% %.4g degrees",
+                   energy_text(m, text), m->angle_error_deg.mean, m->angle_error_deg.sd, m->angle_error_deg.median,
                    m->angle_error_deg.percentile_75);
         return;
     }
     report_row(&run->report, label, "degree %d, %s folds; %s faces without area, %s images", m->degree,
                text_count(m->n_folds), text_count(m->n_flat), text_count(m->n_image_flat));
-    report_row(&run->report, "energy", "E_C %.6e (3.3), image area %.6g", m->energy, m->image_area);
+    report_row(&run->report, "energy", "%s (3.3), image area %.6g", energy_text(m, text), m->image_area);
     tell_distribution(run, "angle error", &m->angle_error_deg, " degrees");
     tell_distribution(run, "|mu|", &m->beltrami, "");
     tell_distribution(run, "|log area|", &m->area_log, "");
