@@ -70,6 +70,13 @@ def geodesic():
 
 
 @test
+def measure():
+    mesh = octahedron()
+    fail_each(["measure", mesh, "--sphere", mesh, "-o", "x.ply", "--json", "-"], ["x.ply"],
+              lambda r: (read("x.ply"), *[json.loads(r.out)[key] for key in ("map", "centred")]))
+
+
+@test
 def center_and_extend():
     mesh = octahedron()
     fail_each(["center", mesh, "--mesh", mesh, "-o", "x.ply"], ["x.ply"], lambda r: read("x.ply"))
