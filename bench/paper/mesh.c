@@ -18,6 +18,13 @@ const paper_model paper_models[] = {
     {"armadillo", "surfaces/armadillo50k.obj.gz", NULL, LOXO_N_SHAPES},
     {"horse", "surfaces/horse20k.off.gz", NULL, LOXO_N_SHAPES},
     {"bimba", "surfaces/bimba25k.ply", NULL, LOXO_N_SHAPES},
+    {"fandisk", "surfaces/fandisk.obj.gz", NULL, LOXO_N_SHAPES},
+    {"planck", "surfaces/maxplanck10k.obj.gz", NULL, LOXO_N_SHAPES},
+    {"brain48k", "surfaces/brain48k.ply", NULL, LOXO_N_SHAPES},
+    {"venus", "surfaces/venus50k.off.gz", NULL, LOXO_N_SHAPES},
+    {"fsaverage5", "surfaces/fsaverage5.lh.white", NULL, LOXO_N_SHAPES},
+    {"camel", "surfaces/camel10k.off.gz", NULL, LOXO_N_SHAPES},
+    {"moai", "surfaces/moai48k-slivers.ply", NULL, LOXO_N_SHAPES},
     {"bumpy250k", "surfaces/bumpy250k.ply", "exact/bumpy250k_from0.npy", LOXO_N_SHAPES},
     {0},
 };

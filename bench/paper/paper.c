@@ -43,6 +43,18 @@ static const struct {
     {"cantarella2022-fig7", "extension by Abikoff and Ye's iteration, stopped at 1000 steps, beside ours", NULL,
      paper_cantarella2022_fig7},
     {"cantarella2022-fig8", "steps and time of closing polygons against accuracy", NULL, paper_cantarella2022_fig8},
+    {"tan2024-table1-2", "spherical maps: energy and angle errors of the paper's methods and ours",
+     "fandisk planck horse bunny brain48k venus", paper_tan2024_table1_2},
+    {"tan2024-table3-fig7", "spherical maps of two ellipsoids at six sizes: orders of convergence", NULL,
+     paper_tan2024_table3_fig7},
+    {"tan2024-table4", "spherical maps with triangles turned over, before and after they are mended",
+     "bimba fsaverage5 horse camel moai", paper_tan2024_table4},
+    {"tan2024-fig3", "the paper's method step by step: energy, gradient, move",
+     "fandisk planck horse bunny brain48k venus", paper_tan2024_fig3},
+    {"tan2024-fig4-5", "histograms of the angle error and of the Beltrami coefficient",
+     "fandisk planck horse bunny brain48k venus", paper_tan2024_fig4_5},
+    {"tan2024-fig6", "curvature, angle error and Beltrami coefficient at vertices", "fandisk horse brain48k",
+     paper_tan2024_fig6},
 };
 #define N_FIGURES ((int)(sizeof figures / sizeof figures[0]))
 
@@ -55,7 +67,8 @@ loxo_status bench_paper_list(bench *b)
     bench_say(b,
               "\ntao2021: Tao et al. 2021, Parallel and Scalable Heat Methods for Geodesic Distance Computation, IEEE "
               "TPAMI 43(2)\ncantarella2022: Cantarella, Schumacher 2022, Computing the conformal barycenter, SIAM J. "
-              "Appl. Algebra Geom.\n");
+              "Appl. Algebra Geom.\ntan2024: Tan, Li, Lin, Yau 2024, A robust Hessian-based trust region algorithm for "
+              "spherical conformal parameterizations\n");
     return LOXO_OK;
 }
 
