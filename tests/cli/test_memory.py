@@ -72,8 +72,8 @@ def geodesic():
 @test
 def measure():
     mesh = octahedron()
-    fail_each(["measure", mesh, "--sphere", mesh, "-o", "x.ply", "--json", "-"], ["x.ply"],
-              lambda r: (read("x.ply"), *[json.loads(r.out)[key] for key in ("map", "centred")]))
+    fail_each(["measure", mesh, "--sphere", mesh, "-o", "x.ply", "--json", "r.json"], ["x.ply", "r.json"],
+              lambda r: (read("x.ply"), *[json.loads(read("r.json"))[key] for key in ("map", "centred")]))
 
 
 @test
