@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT
  * The spherical maps that others have: SCEM, FLASH, conformalized mean curvature flow; and the way by the plane that the first two
  * share. */
+#include "../shapes.h"
 #include "algebra/cholesky.h"
 #include "kernel/laplacian_kernel.h"
 #include "operator/laplacian.h"
@@ -259,6 +260,31 @@ TEST(a_sphere_is_mapped_to_itself)
     loxo_release(test_context, own);
     problem_free(&p);
     surface_destroy(&s);
+}
+
+/* Four, eight and fourteen vertices: no array is too small, no vertex at a pole too much. SCEM
+ * folds none. FLASH holds three of the four, and on so few the flow need not come to rest, which its status tells. */
+TEST(the_smallest_surfaces)
+{
+    for (int which = 0; which < 3; ++which) {
+        loxo_soup soup = which == 0   ? shape_tetrahedron(test_context)
+                         : which == 1 ? shape_cube(test_context)
+                                      : shape_hub(test_context, 12);
+        surface s = surface_from_soup(test_context, soup, LOXO_ORDER_AUTO);
+        sphere_problem p = problem_make(&s);
+        sphere_map f = map_make(&p);
+        for (int k = 0; k < N_METHODS; ++k) {
+            loxo_sphere_info info = {0};
+            const loxo_status status = methods[k](&p, f, &info);
+            CHECK(status == LOXO_OK || status == LOXO_NOT_CONVERGED);
+            for (int64_t i = 0; i < p.m.n_vertices; ++i)
+                CHECK_NEAR(f[i][0] * f[i][0] + f[i][1] * f[i][1] + f[i][2] * f[i][2], 1.0, 1e-15);
+            if (k == SCEM) CHECK(folds_of(&p, f).n == 0 && folds_of(&p, f).degree == 1);
+        }
+        loxo_release(test_context, f);
+        problem_free(&p);
+        surface_destroy(&s);
+    }
 }
 
 /* E_C = O(h^2): a quarter from one frequency of the icosahedron to twice that, within a twentieth. */

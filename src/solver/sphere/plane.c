@@ -144,18 +144,22 @@ static int64_t find_nearest_face(const sphere_problem *p, const plane_map *h, in
     return nearest;
 }
 
-/* Perimeter of a face; is_inverted: after h -> 1 / conj(h), which makes |a - b| / (|a| |b|) of |a - b|. */
+/* Perimeter of a face; is_inverted: after h -> 1 / conj(h), which makes |a - b| / (|a| |b|) of |a - b|. A corner at 0 itself would go to
+ * infinity: none counts as nearer than a tenth of the mean side. */
 static double find_perimeter(const sphere_problem *p, const plane_map *h, int64_t face, bool is_inverted)
 {
     const loxo_index *v = &p->m.halfedge_vertex[3 * face];
-    double sum = 0.0;
+    double side[3], size[3], sum = 0.0, inverted = 0.0;
     for (int k = 0; k < 3; ++k) {
         const loxo_index a = v[k], b = v[(k + 1) % 3];
-        const double side = hypot(h->x[a] - h->x[b], h->y[a] - h->y[b]);
-        const double sizes = hypot(h->x[a], h->y[a]) * hypot(h->x[b], h->y[b]);
-        sum += is_inverted ? side / sizes : side;
+        side[k] = hypot(h->x[a] - h->x[b], h->y[a] - h->y[b]);
+        sum += side[k];
     }
-    return sum;
+    for (int k = 0; k < 3; ++k)
+        size[k] = fmax(hypot(h->x[v[k]], h->y[v[k]]), sum / 30.0);
+    for (int k = 0; k < 3; ++k)
+        inverted += side[k] / (size[k] * size[(k + 1) % 3]);
+    return is_inverted ? inverted : sum;
 }
 
 static void add_coordinates(int64_t begin, int64_t end, const void *arg, double *sums)
@@ -180,7 +184,8 @@ loxo_status plane_balance(const sphere_problem *p, int64_t face, plane_map *h)
     }
     const int64_t inner = find_nearest_face(p, h, face);
     const double scale = sqrt(find_perimeter(p, h, inner, true) / find_perimeter(p, h, face, false));
-    if (!isfinite(scale) || !(scale > 0.0)) return LOXO_OK; /* a vertex at 0 itself: centring does without */
+    if (!isfinite(scale) || !(scale > 0.0))
+        return loxo_fail(p->ctx, LOXO_ERR_NUMERIC, "sphere: the harmonic map is flat at face %" PRId64, inner);
     for (int64_t i = 0; i < n; ++i) {
         h->x[i] *= scale;
         h->y[i] *= scale;

@@ -1,10 +1,11 @@
 /* SPDX-License-Identifier: MIT
  * Spherical maps by way of the plane: stereographic projection from either pole, Laplace equations with some vertices held, and the
  * harmonic map of all faces but one. The two coordinates of the plane have arrays of their own, since equations are solved for each
- * alone. README.md, «By way of the plane» */
+ * alone. BASELINES.md */
 #ifndef LOXO_SPHERE_PLANE_H
 #define LOXO_SPHERE_PLANE_H
 
+#include "algebra/cg.h"
 #include "solver/sphere/sphere_internal.h"
 
 typedef struct plane_map {
@@ -39,6 +40,9 @@ void plane_solver_destroy(plane_solver *s);
  * conjugate gradients are added to info->n_linear_steps; what rounding or 2000 steps end before the tolerance is warned of.
  * returns  LOXO_OK; LOXO_STOPPED, LOXO_ERR_NUMERIC: h is of no use; LOXO_ERR_MEMORY */
 loxo_status plane_solver_solve(plane_solver *s, double tolerance, plane_map *h, loxo_sphere_info *info);
+
+/* Warns of an equation that ended before its tolerance, unless that was by rounding and far enough. */
+void plane_tell_unsolved(loxo_context *ctx, double tolerance, const loxo_cg_info *cg);
 
 /* ---- the map without a face ------------------------------------------------------------------------------------- */
 

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: MIT
  * Laplace equations in the plane with some vertices held. What is free has a matrix of its own, so that work and memory go with the
  * free vertices; what the held ones pull with comes from the surface's matrix. */
-#include "algebra/cg.h"
 #include "algebra/cholesky.h"
 #include "base/allocate.h"
 #include "solver/sphere/plane.h"
@@ -9,8 +8,11 @@
 #include <inttypes.h>
 #include <string.h>
 
+/* Steps of conjugate gradients. */
 #define MAX_STEPS 2000
-#define NS_A_ROW  12.0
+/* A residual that rounding ends below this is no loss. */
+#define MOST_ROUNDED 1e-6
+#define NS_A_ROW     12.0
 
 struct plane_solver {
     loxo_context *ctx;
@@ -153,6 +155,15 @@ static void find_pull(plane_solver *s, const double *u)
     }
 }
 
+void plane_tell_unsolved(loxo_context *ctx, double tolerance, const loxo_cg_info *cg)
+{
+    if (cg->residual <= MOST_ROUNDED) return;
+    loxo_warn(ctx, "sphere linear", 1,
+              "sphere: linear systems were not solved to their tolerance of %.2g; the last one to %.2g in %" PRId64
+              " steps",
+              tolerance, cg->residual, cg->n_iterations);
+}
+
 /* move = L_II^-1 right_side */
 static loxo_status find_move(plane_solver *s, double tolerance, loxo_sphere_info *info)
 {
@@ -161,15 +172,11 @@ static loxo_status find_move(plane_solver *s, double tolerance, loxo_sphere_info
     const loxo_cg_settings settings = {.tolerance = tolerance, .max_iterations = MAX_STEPS};
     loxo_cg_info cg;
     memset(s->move, 0, (size_t)s->n_free * sizeof *s->move);
-    loxo_status status = loxo_cg_solve(s->cg, &m, &settings, s->right_side, s->move, &cg);
+    const loxo_status status = loxo_cg_solve(s->cg, &m, &settings, s->right_side, s->move, &cg);
     if (status < 0) return status;
     info->n_linear_steps += cg.n_iterations;
-    if (status != LOXO_NOT_CONVERGED) return status;
-    loxo_warn(s->ctx, "sphere linear", 1,
-              "sphere: linear systems were not solved to their tolerance of %.2g; the last one to %.2g in %" PRId64
-              " steps",
-              tolerance, cg.residual, cg.n_iterations);
-    return LOXO_OK;
+    if (status == LOXO_NOT_CONVERGED) plane_tell_unsolved(s->ctx, tolerance, &cg);
+    return status == LOXO_NOT_CONVERGED ? LOXO_OK : status;
 }
 
 loxo_status plane_solver_solve(plane_solver *s, double tolerance, plane_map *h, loxo_sphere_info *info)
