@@ -109,7 +109,7 @@ typedef struct plane_model {
     bool has_newton, is_line;
     double length;      /* of what q1 is made of */
     double along, rest; /* g . q1, g . q2 */
-    double h[3], g[2];  /* H and g in the basis; of a line as if the second direction were of no use */
+    double h[3], g[2];  /* H and g in the basis */
 } plane_model;
 
 /* Less than this of |g|^2 beside the Newton step is rounding. */
@@ -140,7 +140,6 @@ static loxo_status build_model(const loxo_subspace_problem *p, const plane_vecto
     }
     m->g[0] = m->along;
     m->g[1] = m->rest;
-    if (m->is_line) m->h[2] = 1.0 + fabs(m->h[0]);
     return LOXO_OK;
 }
 

@@ -6,6 +6,8 @@
 #include "solver/spheres.h"
 #include "solver/stopper.h"
 
+#include <loxo/io.h>
+
 typedef long double real;
 
 static void needs_cholmod(void)
@@ -341,6 +343,31 @@ TEST(an_ellipsoid_converges_and_the_last_steps_quadratically)
         CHECK(heard.energy[k] <= heard.energy[k - 1] + 1e-13);
     CHECK(heard.gradient[last] < 1e-8);
     CHECK(heard.gradient[last] < 1e-2 * heard.gradient[0]);
+    loxo_release(test_context, f);
+    sphere_case_destroy(&c);
+}
+
+/* As in the paper: from SCEM's map to a critical point of the chart below it, which the true minimum lies below in turn. */
+TEST(a_scan_from_the_map_of_scem)
+{
+    needs_cholmod();
+    const char *path = test_shared("meshes/surfaces/spot3k.obj.gz");
+    loxo_soup soup;
+    if (path == NULL) SKIP();
+    if (loxo_read_mesh(test_context, path, NULL, &soup) == LOXO_ERR_UNSUPPORTED) SKIP(); /* no zlib */
+    sphere_case c = sphere_case_make(test_context, soup);
+    sphere_map f = sphere_case_look(&c, 1.0, 1.0, 1.0);
+    loxo_sphere_info info = {0};
+    sphere_energy before, after;
+    sphere_folds folds;
+    CHECK(sphere_map_scem(&c.p, f, &info) >= 0);
+    CHECK_OK(sphere_find_energy(&c.p, (sphere_const_map)f, &before));
+    CHECK_STATUS(test_context, map_it(&c, f, &info), LOXO_OK);
+    CHECK_OK(sphere_find_energy(&c.p, (sphere_const_map)f, &after));
+    CHECK_OK(sphere_find_folds(&c.p, (sphere_const_map)f, NULL, &folds));
+    CHECK(after.energy < before.energy);
+    CHECK_EQUAL(folds.n, 0);
+    CHECK(info.workspace_bytes > (size_t)c.p.m.n_vertices * 500); /* the Hessian alone has 700 */
     loxo_release(test_context, f);
     sphere_case_destroy(&c);
 }

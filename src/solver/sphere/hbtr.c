@@ -18,6 +18,7 @@
 
 typedef struct hbtr_state {
     const sphere_problem *p;
+    loxo_sphere_info *info;
     loxo_csr h;
     loxo_cholesky *factor;
     k_chart_frame *frame;    /* [n] of the angles that derivatives were last asked for */
@@ -72,6 +73,7 @@ static loxo_status find_derivatives(void *state, const double *x, double *gradie
     hbtr_state *s = state;
     hbtr_find_frames(s->p, x, s->frame);
     hbtr_fill(s->p, s->frame, gradient, &s->h);
+    sphere_note_bytes(s->p, s->info);
     return LOXO_OK;
 }
 
@@ -127,11 +129,11 @@ static loxo_status find_move(void *state, const double *from, const double *to, 
     return sphere_find_move(s->p->ctx, s->p->m.n_vertices, (sphere_const_map)s->g, (sphere_const_map)s->f, move);
 }
 
-static loxo_status prepare(const sphere_problem *p, hbtr_state *s)
+static loxo_status prepare(const sphere_problem *p, loxo_sphere_info *info, hbtr_state *s, loxo_cholesky_info *factor)
 {
     loxo_context *ctx = p->ctx;
     const int64_t n = p->m.n_vertices;
-    *s = (hbtr_state){.p = p};
+    *s = (hbtr_state){.p = p, .info = info};
     if (!loxo_cholesky_is_there())
         return loxo_fail(ctx, LOXO_ERR_UNSUPPORTED,
                          "hbtr: its linear systems are solved by CHOLMOD, which is not there");
@@ -139,7 +141,7 @@ static loxo_status prepare(const sphere_problem *p, hbtr_state *s)
     if (status < 0) return status;
     memset(s->h.value, 0, (size_t)s->h.begin[2 * n] * sizeof *s->h.value);
     memset(s->h.diagonal, 0, (size_t)(2 * n) * sizeof *s->h.diagonal);
-    if ((status = loxo_cholesky_create_indefinite(ctx, &s->h, 0, NULL, &s->factor)) < 0) return status;
+    if ((status = loxo_cholesky_create_indefinite(ctx, &s->h, 0, factor, &s->factor)) < 0) return status;
     s->frame = loxo_allocate(ctx, n, sizeof *s->frame);
     s->f = loxo_allocate(ctx, n, sizeof *s->f);
     s->g = loxo_allocate(ctx, n, sizeof *s->g);
@@ -172,6 +174,7 @@ loxo_status sphere_map_hbtr(const sphere_problem *p, sphere_map f, loxo_sphere_i
     loxo_context *ctx = p->ctx;
     const int64_t n = p->m.n_vertices;
     hbtr_state s;
+    loxo_cholesky_info factor = {0};
     loxo_subspace_info found;
     const loxo_subspace_problem problem = {.ctx = ctx,
                                            .n = 2 * n,
@@ -186,7 +189,7 @@ loxo_status sphere_map_hbtr(const sphere_problem *p, sphere_map f, loxo_sphere_i
                                              .max_iterations = p->settings.max_iterations,
                                              .radius = FIRST_MOVE * sqrt(2.0 * (double)n)};
     double *x = NULL;
-    loxo_status status = prepare(p, &s);
+    loxo_status status = prepare(p, info, &s, &factor);
     if (status >= 0 && (x = loxo_allocate(ctx, 2 * n, sizeof *x)) == NULL) status = LOXO_ERR_MEMORY;
     if (status < 0) goto done;
     for (int64_t i = 0; i < n; ++i)
@@ -198,6 +201,7 @@ loxo_status sphere_map_hbtr(const sphere_problem *p, sphere_map f, loxo_sphere_i
     info->n_evaluations = found.n_evaluations;
     info->objective = found.value;
     info->residual = found.move;
+    info->workspace_bytes += factor.factor_bytes; /* CHOLMOD's, which the context does not see */
     if (found.stop_reason == LOXO_SUBSPACE_MAX_ITERATIONS) status = LOXO_NOT_CONVERGED;
     if (found.stop_reason == LOXO_SUBSPACE_MONITOR) status = LOXO_STOPPED;
 done:
