@@ -69,6 +69,8 @@ loxo_status sphere_map_harmonic(const sphere_problem *p, sphere_map f, loxo_sphe
 loxo_status sphere_map_scem(const sphere_problem *p, sphere_map f, loxo_sphere_info *info);
 loxo_status sphere_map_flash(const sphere_problem *p, sphere_map f, loxo_sphere_info *info);
 loxo_status sphere_map_cmcf(const sphere_problem *p, sphere_map f, loxo_sphere_info *info);
+/* Without folds, whatever the surface; centred where that turns nothing over. */
+loxo_status sphere_map_positive(const sphere_problem *p, sphere_map f, loxo_sphere_info *info);
 /* f in: where to begin. */
 loxo_status sphere_map_hbtr(const sphere_problem *p, sphere_map f, loxo_sphere_info *info);
 /* pull NULL: none; with one the map is not held centred. */
