@@ -113,18 +113,19 @@ static inline bool k_star_center(int n, const loxo_vec3 *ring, loxo_vec3 *center
  *     D - A = 1/2 s |x - apex|^2,    s = (cot at b + cot at c) / 2 = base / (2 height) on the surface,
  *
  * with apex the place of x where (apex, b, c) is similar to the triangle: D is quadratic in x with the second derivative s, and D >= A
- * with equality at the apex. So D / A - 1 = s |x - apex|^2 / (base_x height_x): a square over a linear function, convex where the area
- * is positive, and infinite where it ends. Their sum over the star, MIPS, has one least point in the kernel. */
+ * with equality at the apex. So D / A - 1 = s |x - apex|^2 / (2 A): a square over a linear function, convex where the area
+ * is positive, and infinite where it ends. Their sum over the star with the surface's areas as weights, MIPS, has one least point in the
+ * kernel. Weight times s is proportional to base^2. */
 typedef struct k_star {
     int n;
     double ring[K_STAR_MOST][2];
     double apex[K_STAR_MOST][2];
-    double stiffness[K_STAR_MOST]; /* s */
+    double stiffness[K_STAR_MOST]; /* s times the area on the surface */
 } k_star;
 
-/* Apex and s of face i, whose corners b = ring[i] and c = ring[i + 1] are there; lengths on the surface from the vertex to b, to c, and of bc.
+/* Apex and stiffness of face i, whose corners b = ring[i] and c = ring[i + 1] are there; lengths on the surface from the vertex to b, to c, and of bc.
  * All three are taken longer by K_STAR_PLUMP of the longest: slivers then have a shape that an image can be given. */
-#define K_STAR_PLUMP 0.01
+#define K_STAR_PLUMP 3e-4
 static inline void k_star_set_face(k_star *star, int i, double to_b, double to_c, double base)
 {
     const int next = i + 1 < star->n ? i + 1 : 0;
@@ -136,10 +137,10 @@ static inline void k_star_set_face(k_star *star, int i, double to_b, double to_c
     const double dx = star->ring[next][0] - star->ring[i][0], dy = star->ring[next][1] - star->ring[i][1];
     star->apex[i][0] = star->ring[i][0] + along * dx - height * dy;
     star->apex[i][1] = star->ring[i][1] + along * dy + height * dx;
-    star->stiffness[i] = 0.5 / height;
+    star->stiffness[i] = 0.25 * (base + more) * (base + more);
 }
 
-/* Sum of D / A - 1; HUGE_VAL where a triangle is turned over. */
+/* Sum of the weighted D / A - 1; HUGE_VAL where a triangle is turned over. */
 static inline double k_star_energy(const k_star *star, double x, double y)
 {
     double energy = 0.0;

@@ -4,12 +4,14 @@
 #include "kernel/conformal_kernel.h"
 #include "solver/sphere/embedding.h"
 
-#define MOST   EMBEDDING_MOST_NEIGHBOURS
-#define FEW    8    /* neighbours, of a vertex that is taken out of the whole */
-#define CROWD  8    /* neighbours that may come together at a vertex without a malus ... */
-#define MALUS  0.05 /* ... of so much each in the quality of the triangles */
-#define BLOCK  1024 /* vertices between two looks at the monitor */
-#define GROWTH 1.2  /* of the free vertices until all of them are relaxed again */
+#define MOST  EMBEDDING_MOST_NEIGHBOURS
+#define FEW   8    /* neighbours, of a vertex that is taken out of the whole */
+#define CROWD 8    /* neighbours that may come together at a vertex without a malus ... */
+#define MALUS 0.05 /* ... of so much each in the quality of the triangles */
+#define BLOCK 1024 /* vertices between two looks at the monitor */
+#define EARLY_SWEEPS                                                                                                   \
+    1000.0 /* at most: early rounds of the whole get a sweep for each time that the vertices there fit into all */
+#define GROWTH 1.2 /* of the free vertices until all of them are relaxed again */
 
 /* How far the search for vertices to take out goes. */
 typedef enum patience_level {
@@ -226,7 +228,9 @@ static bool restore_vertices(sphere_embedding *e, bool is_whole, int n_sweeps)
         }
         if ((double)e->n_free < GROWTH * n_relaxed && e->n_removed > 0) continue;
         n_relaxed = (double)e->n_free;
-        for (int k = 0; k < n_sweeps; ++k)
+        const double early = fmin(EARLY_SWEEPS, (double)e->p->m.n_vertices / n_relaxed);
+        const int n_now = is_whole && early > (double)n_sweeps ? (int)early : n_sweeps;
+        for (int k = 0; k < n_now; ++k)
             if (!relax_free(e, fraction)) return false;
     }
     return true;

@@ -7,7 +7,7 @@
 
 #define N_SWEEPS      3       /* over all vertices, each time there are more by a share */
 #define N_LAST_SWEEPS 10      /* when all are there */
-#define LEAST_RADIUS  0x1p-30 /* no star is made smaller than that: later steps need digits */
+#define LEAST_RADIUS  0x1p-36 /* no star is made smaller than that: later steps need digits */
 
 /* The area-weighted mean goes to 0, unless that turns something over. */
 static loxo_status center(const sphere_problem *p, sphere_map f)
@@ -17,7 +17,7 @@ static loxo_status center(const sphere_problem *p, sphere_map f)
     sphere_map saved = loxo_allocate(p->ctx, p->m.n_vertices, sizeof *saved);
     if (saved == NULL) return LOXO_ERR_MEMORY;
     memcpy(saved, f, bytes);
-    loxo_status status = loxo_moebius_center(p->ctx, p->m.n_vertices, saved[0], NULL, p->area, NULL, f[0], NULL);
+    loxo_status status = sphere_center(p, f, NULL);
     if (status >= 0) {
         const loxo_status counted = sphere_find_folds(p, (sphere_const_map)f, NULL, &folds);
         if (counted < 0) status = counted;
@@ -30,12 +30,12 @@ static loxo_status center(const sphere_problem *p, sphere_map f)
 loxo_status sphere_map_positive(const sphere_problem *p, sphere_map f, loxo_sphere_info *info)
 {
     sphere_embedding e;
-    (void)info;
     if (p->m.n_vertices < 4)
         return loxo_fail(p->ctx, LOXO_ERR_MESH, "sphere: %lld vertices are too few for triangles on a sphere",
                          (long long)p->m.n_vertices);
     loxo_status status = sphere_embedding_create(p, f, &e);
     if (status < 0) return status;
+    sphere_note_bytes(p, info);
     e.least_radius = LEAST_RADIUS;
     for (int64_t v = 0; v < p->m.n_vertices; ++v)
         v3_store(f[v], (loxo_vec3){0.0, 0.0, 1.0});

@@ -39,7 +39,8 @@ static int64_t force_patches(sphere_embedding *e, const bool *is_folded, int64_t
 }
 
 /* New places for the vertices around the folds, on patches that grow until there is no fold left, or the patch is all. */
-static loxo_status embed_patches(const sphere_problem *p, sphere_map f, bool *is_folded, sphere_folds *folds)
+static loxo_status embed_patches(const sphere_problem *p, sphere_map f, bool *is_folded, sphere_folds *folds,
+                                 loxo_sphere_info *info)
 {
     const size_t bytes = (size_t)p->m.n_vertices * sizeof *f;
     const sphere_folds before = *folds;
@@ -51,6 +52,7 @@ static loxo_status embed_patches(const sphere_problem *p, sphere_map f, bool *is
         status = LOXO_ERR_MEMORY;
         goto done;
     }
+    sphere_note_bytes(p, info);
     memcpy(saved, f, bytes);
     e.least_radius = LEAST_RADIUS;
     bool is_whole = false;
@@ -80,7 +82,7 @@ loxo_status sphere_unfold(const sphere_problem *p, sphere_map f, loxo_sphere_inf
     if (is_folded == NULL) return LOXO_ERR_MEMORY;
     loxo_status status = sphere_find_folds(p, (sphere_const_map)f, is_folded, &folds);
     if (status >= 0 && folds.n > 0) status = sphere_unfold_mean_value(p, f, is_folded, &folds);
-    if (status == LOXO_OK && folds.n > 0 && p->m.n_vertices >= 4) status = embed_patches(p, f, is_folded, &folds);
+    if (status == LOXO_OK && folds.n > 0 && p->m.n_vertices >= 4) status = embed_patches(p, f, is_folded, &folds, info);
     info->n_folds = folds.n;
     loxo_release(p->ctx, is_folded);
     return status;
