@@ -292,6 +292,7 @@ TEST(energies_of_ellipsoids_fall_as_the_square_of_the_size)
 {
     static const int64_t sizes[] = {2562, 10242, 40962};
     static const int ones[] = {SCEM, CMCF};
+    NEEDS_IDS((int64_t)6 * 40962);
     loxo_context *ctx = test_context_with_threads(1); /* most of the work is too small for more */
     for (int k = 0; k < 2; ++k) {
         double before = 0.0;
@@ -321,6 +322,7 @@ TEST(published_energies_of_fandisk)
     const char *path = test_shared("meshes/surfaces/fandisk.obj.gz");
     loxo_soup soup = {0};
     if (path == NULL) SKIP();
+    NEEDS_IDS(40000);
     CHECK_OK(loxo_read_mesh(test_context, path, NULL, &soup));
     surface s = surface_from_soup(test_context, soup, LOXO_ORDER_AUTO);
     sphere_problem p = problem_make(&s);
@@ -387,6 +389,7 @@ static uint64_t hash_map(loxo_context *ctx, const void *arg)
 
 TEST(the_same_bits_for_any_threads)
 {
+    NEEDS_IDS(60000);
     for (int k = 0; k < N_METHODS; ++k)
         test_same_for_any_threads(hash_map, &k);
 }
