@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
  * Spherical conformal energy minimization: of the plane's harmonic map one hemisphere at a time is made harmonic again, seen from its
  * own pole, while the other one is held.
- * source  Yueh, Lin, Wu, Yau 2019, as Tan, Li, Lin, Yau 2024 describe it; what is ours: BASELINES.md */
+ * source  Yueh, Li, Lin, Yau 2019, as Tan, Li, Lin, Yau 2024 describe it; what is ours: BASELINES.md */
 #include "base/allocate.h"
 #include "par/range.h"
 #include "solver/sphere/plane.h"
