@@ -104,11 +104,11 @@ loxo_status paper_tan2024_table1_2(bench *b)
     bench_say(b,
               "E_C of the map as the method leaves it, with the paper's number in brackets; centred: E_C after the "
               "area-weighted mean was\nmoved to the centre by a Moebius map, which is what may be compared. Angle "
-              "errors in degrees, before centring. HBTR and newton, free\nbegin with the SCEM map, newton with its own "
-              "start. What differs: only Fandisk is "
-              "the paper's mesh; the others are of the same objects at other sizes (Brain another brain). No\ncode of "
-              "FLASH or SCEM was taken. HBTR ends with vertices on the chart's poles, where the chart's gradient "
-              "vanishes but\nnot the energy's: newton, free shows the minimum beside it. Apple and Arnold are not "
-              "here.\n");
+              "errors in degrees, before centring. HBTR and\nnewton, free begin with the SCEM map, newton with its own "
+              "start; a solve ends after --solve-seconds (%g).\nWhat differs: only Fandisk is the paper's mesh; the "
+              "others are of the same objects at other sizes, Brain another brain. HBTR\nends with vertices on the "
+              "chart's poles, where the chart's gradient vanishes but not the energy's: newton, free goes on to\nthe "
+              "minimum beside it. Apple and Arnold are not here.\n",
+              b->settings.solve_seconds);
     return LOXO_OK;
 }
