@@ -18,6 +18,7 @@
 #include <loxo/moebius.h>
 #include <loxo/monitor.h>
 #include <loxo/polygon.h>
+#include <loxo/register.h>
 #include <loxo/sphere.h>
 
 #endif

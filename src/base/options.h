@@ -54,6 +54,7 @@ extern const loxo_option loxo_polygon_options[];
 extern const loxo_option loxo_polygon_sample_options[];
 extern const loxo_option loxo_extension_options[];
 extern const loxo_option loxo_sphere_options[];
+extern const loxo_option loxo_register_options[];
 extern const loxo_option loxo_sphere_extension_options[];
 extern const loxo_option loxo_mesh_options[];
 extern const loxo_option loxo_intrinsic_options[];

@@ -57,6 +57,14 @@ typedef struct sphere_pull {
 /* The sum, without the weight. */
 double sphere_pull_loss(const sphere_pull *pull, sphere_const_map f);
 
+/* ---- sphere.c ------------------------------------------------------------------------------------------------- */
+
+/* Of a solver, and its map as the last solve left it. Both stay the solver's; the map may be changed. */
+const sphere_problem *sphere_get_problem(const loxo_sphere *sphere);
+sphere_map sphere_get_map(loxo_sphere *sphere);
+/* That map in the caller's order [n][3]. */
+void sphere_give_map(const loxo_sphere *sphere, double *map);
+
 /* Moves the area-weighted mean to 0 by a Moebius map; info may be NULL. As loxo_moebius_center. */
 loxo_status sphere_center(const sphere_problem *p, sphere_map f, loxo_center_info *info);
 /* The face nearest to equilateral, the first of several. */
@@ -73,7 +81,7 @@ loxo_status sphere_map_cmcf(const sphere_problem *p, sphere_map f, loxo_sphere_i
 loxo_status sphere_map_positive(const sphere_problem *p, sphere_map f, loxo_sphere_info *info);
 /* f in: where to begin. */
 loxo_status sphere_map_hbtr(const sphere_problem *p, sphere_map f, loxo_sphere_info *info);
-/* pull NULL: none; with one the map is not held centred. */
+/* pull NULL: none. With one the map is held centred, too, unless the settings free it: REGISTER.md. */
 loxo_status sphere_map_newton(const sphere_problem *p, const sphere_pull *pull, sphere_map f, loxo_sphere_info *info);
 /* Mends faces that are turned over. Algorithm 2, and where that leaves some, a new embedding of the patches around them. */
 loxo_status sphere_unfold(const sphere_problem *p, sphere_map f, loxo_sphere_info *info);
