@@ -17,5 +17,6 @@ extern const cli_command command_center;
 extern const cli_command command_barycenter;
 extern const cli_command command_polygon;
 extern const cli_command command_extend;
+extern const cli_command command_register;
 
 #endif

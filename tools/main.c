@@ -7,19 +7,13 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const cli_command *const commands[] = {&command_info,
-                                              &command_convert,
-                                              &command_generate,
-                                              &command_geodesic,
-                                              &command_sample,
-                                              &command_render,
-                                              &command_measure,
-                                              &command_sphere,
-                                              &command_center,
-                                              &command_barycenter,
-                                              &command_polygon,
-                                              &command_extend,
-                                              NULL};
+static const cli_command *const commands[] = {&command_info,     &command_convert,
+                                              &command_generate, &command_geodesic,
+                                              &command_sample,   &command_render,
+                                              &command_measure,  &command_sphere,
+                                              &command_center,   &command_barycenter,
+                                              &command_polygon,  &command_extend,
+                                              &command_register, NULL};
 
 static const char general_help[] =
     "\nloxo help COMMAND tells all of one; loxo --version [--verbose] what this build can do.\n"

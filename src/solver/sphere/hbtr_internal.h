@@ -24,7 +24,7 @@ void hbtr_fill(const sphere_problem *p, const k_chart_frame *frame, double *grad
 
 /* ---- rotation.c ------------------------------------------------------------------------------------------------ */
 
-/* The rotation r with the least sum |to_i - r from_i|^2, from m = sum to_i from_i^T; where several do, one of them. Horn 1987. */
+/* The rotation r with the least sum |to_i - r from_i|^2, from m = sum to_i from_i^T; where several do, the one that turns least. Horn 1987. */
 void sphere_find_rotation(const double m[3][3], double r[3][3]);
 /* (4.4): that sum, squares of the differences that are left. */
 loxo_status sphere_find_move(loxo_context *ctx, int64_t n, sphere_const_map from, sphere_const_map to, double *move);

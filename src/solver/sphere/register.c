@@ -4,8 +4,8 @@
 #include "base/options.h"
 #include "base/os.h"
 #include "kernel/conformal_kernel.h"
-#include "kernel/rotation_kernel.h"
 #include "par/range.h"
+#include "solver/sphere/hbtr_internal.h"
 #include "solver/sphere/register_internal.h"
 #include "solver/sphere/sphere_internal.h"
 
@@ -203,15 +203,15 @@ static loxo_vec3 image_of(const sphere_pull *pull, int64_t i, sphere_const_map f
 /* Turns the map such that its landmarks are nearest to the targets (line 4). */
 static void turn(const sphere_problem *p, const sphere_pull *pull, sphere_map f)
 {
-    double s[3][3] = {{0.0}}, r[3][3];
+    double m[3][3] = {{0.0}}, r[3][3];
     for (int64_t i = 0; i < pull->n; ++i) {
         double x[3];
         v3_store(x, image_of(pull, i, (sphere_const_map)f));
         for (int a = 0; a < 3; ++a)
             for (int b = 0; b < 3; ++b)
-                s[a][b] += x[a] * pull->target[i][b];
+                m[a][b] += pull->target[i][a] * x[b];
     }
-    k_best_rotation(s, r);
+    sphere_find_rotation((const double(*)[3])m, r);
 #pragma omp parallel num_threads(loxo_threads_for(p->ctx, p->m.n_vertices, 8.0))
     {
         const loxo_range range = loxo_thread_range(p->m.n_vertices);

@@ -8,7 +8,8 @@
 #include <string.h>
 
 /* Of unit quaternions q the one with the largest q . N q, where sum to_i . (q from_i q*) = q . N q: the singular value decomposition of m gives
- * the same rotation; this needs no case for reflections or equal values. */
+ * the same rotation, with a case for reflections that this does not need. Where several are as good, as for points on one line through the centre, the
+ * one that turns least: of the greatest eigenvectors, to rounding, the nearest to (1, 0, 0, 0). */
 void sphere_find_rotation(const double m[3][3], double r[3][3])
 {
     const double trace = m[0][0] + m[1][1] + m[2][2];
@@ -21,7 +22,15 @@ void sphere_find_rotation(const double m[3][3], double r[3][3])
         n[j + 1][k + 1] = n[k + 1][j + 1] = m[j][k] + m[k][j];
     }
     hyper_eigen(4, &n[0][0], value, &v[0][0]);
-    const double *q = v[3];
+    double q[4] = {0.0, 0.0, 0.0, 0.0}, square = 0.0;
+    for (int k = 0; k < 4; ++k)
+        for (int i = 0; i < 4; ++i)
+            if (value[k] >= value[3] - 1e-12 * fmax(value[3], -value[0])) q[i] += v[k][0] * v[k][i];
+    for (int i = 0; i < 4; ++i)
+        square += q[i] * q[i];
+    const bool is_half_turn = !(square > 1e-20);
+    for (int i = 0; i < 4; ++i)
+        q[i] = is_half_turn ? v[3][i] : q[i] / sqrt(square);
     for (int i = 0; i < 3; ++i) {
         const int j = (i + 1) % 3, k = (i + 2) % 3;
         const double a = q[0], b = q[i + 1], c = q[j + 1], d = q[k + 1];
