@@ -196,8 +196,9 @@ static loxo_status take_line(reading *r, const char *p, const char *end)
                 "three weights)",
                 n);
         r->n_columns = n;
-        const char first = cells[1].begin < cells[1].end ? *cells[1].begin : '0';
-        if (!loxo_is_digit(first) && memchr("+-.", first, 3) == NULL) return LOXO_OK;
+        const bool is_number_like = cells[1].begin == cells[1].end || loxo_is_digit(*cells[1].begin) ||
+                                    memchr("+-.", *cells[1].begin, 3) != NULL;
+        if (!is_number_like) return LOXO_OK;
     }
     if (n != r->n_columns)
         return loxo_fail_at(r->ctx, LOXO_ERR_MALFORMED, place, "%d columns where the lines before have %d", n,
