@@ -25,6 +25,9 @@ const paper_model paper_models[] = {
     {"fsaverage5", "surfaces/fsaverage5.lh.white", NULL, LOXO_N_SHAPES},
     {"camel", "surfaces/camel10k.off.gz", NULL, LOXO_N_SHAPES},
     {"moai", "surfaces/moai48k-slivers.ply", NULL, LOXO_N_SHAPES},
+    {"conte69", "surfaces/conte69.L.32k.gii", NULL, LOXO_N_SHAPES},
+    {"white", "surfaces/fsLR32k.L.white.surf.gii", NULL, LOXO_N_SHAPES},
+    {"pial", "surfaces/fsLR32k.L.pial.surf.gii", NULL, LOXO_N_SHAPES},
     {"bumpy250k", "surfaces/bumpy250k.ply", "exact/bumpy250k_from0.npy", LOXO_N_SHAPES},
     {0},
 };

@@ -49,6 +49,8 @@ static const struct {
      paper_tan2024_table3_fig7},
     {"tan2024-table4", "spherical maps with triangles turned over, before and after they are mended",
      "bimba fsaverage5 horse camel moai", paper_tan2024_table4},
+    {"tan2024-table5", "registrations of brain surfaces by four sulci against the weight of the landmarks",
+     "conte69 white pial", paper_tan2024_table5},
     {"tan2024-fig3", "the paper's method step by step: energy, gradient, move",
      "fandisk planck horse bunny brain48k venus", paper_tan2024_fig3},
     {"tan2024-fig4-5", "histograms of the angle error and of the Beltrami coefficient",

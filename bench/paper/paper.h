@@ -27,6 +27,7 @@ loxo_status paper_cantarella2022_fig8(bench *b);
 loxo_status paper_tan2024_table1_2(bench *b);
 loxo_status paper_tan2024_table3_fig7(bench *b);
 loxo_status paper_tan2024_table4(bench *b);
+loxo_status paper_tan2024_table5(bench *b);
 loxo_status paper_tan2024_fig3(bench *b);
 loxo_status paper_tan2024_fig4_5(bench *b);
 loxo_status paper_tan2024_fig6(bench *b);
