@@ -4,6 +4,7 @@
 #include "base/options.h"
 #include "base/os.h"
 #include "kernel/conformal_kernel.h"
+#include "operator/laplacian.h"
 #include "par/range.h"
 #include "solver/sphere/hbtr_internal.h"
 #include "solver/sphere/register_internal.h"
@@ -129,7 +130,8 @@ typedef struct moving_surface {
     int64_t n;         /* caller's vertices */
     loxo_index *order; /* [n] */
     loxo_landmarks landmarks;
-    loxo_sphere *sphere;
+    sphere_problem problem;
+    sphere_map f; /* [problem.m.n_vertices], the mesh's order */
     loxo_sphere_locator *locator;
     double *position; /* [n][3] */
     double *map;      /* [n][3], the caller's */
@@ -147,16 +149,44 @@ static void clock_phase(moving_surface *s, loxo_register_phase phase, loxo_regis
     s->clock_s = now;
 }
 
+/* What steps on the map need, once the solver that made it is gone. */
+static loxo_status make_problem(moving_surface *s)
+{
+    loxo_context *ctx = s->r->ctx;
+    sphere_problem *p = &s->problem;
+    double sum = 0.0;
+    const size_t base_bytes = loxo_context_memory(ctx).current_bytes;
+    *p = (sphere_problem){
+        .ctx = ctx, .m = loxo_mesh_get_view(s->mesh), .settings = s->r->settings.sphere, .base_bytes = base_bytes};
+    p->area = loxo_allocate(ctx, p->m.n_vertices, sizeof *p->area);
+    s->f = loxo_allocate(ctx, p->m.n_vertices, sizeof *s->f);
+    if (p->area == NULL || s->f == NULL) return LOXO_ERR_MEMORY;
+    const loxo_status status = loxo_laplacian_create(ctx, &p->m, &p->laplacian, p->area);
+    if (status < 0) return status;
+    for (int64_t i = 0; i < p->m.n_vertices; ++i) {
+        const int64_t v = p->m.vertex_origin != NULL ? p->m.vertex_origin[i] : i;
+        memcpy(s->f[i], &s->map[3 * v], sizeof *s->f);
+        sum += p->area[i];
+    }
+    for (int64_t i = 0; i < p->m.n_vertices; ++i)
+        p->area[i] /= sum;
+    return LOXO_OK;
+}
+
 static loxo_status map_moving(moving_surface *s, const loxo_landmarks *landmarks, loxo_register_info *info)
 {
     loxo_context *ctx = s->r->ctx;
+    loxo_sphere *sphere = NULL;
     s->order = loxo_allocate(ctx, s->n, sizeof *s->order);
     if (s->order == NULL) return LOXO_ERR_MEMORY;
     loxo_status status = loxo_mesh_vertex_order(s->mesh, s->order);
     if (status >= 0) status = take_landmarks(ctx, s->mesh, landmarks, &s->landmarks);
-    if (status >= 0) status = loxo_sphere_create(ctx, s->mesh, &s->r->settings.sphere, &s->sphere);
-    if (status >= 0) status = loxo_sphere_solve(s->sphere, NULL, s->map, &info->moving);
-    return status;
+    if (status >= 0) status = loxo_sphere_create(ctx, s->mesh, &s->r->settings.sphere, &sphere);
+    if (status >= 0) status = loxo_sphere_solve(sphere, NULL, s->map, &info->moving);
+    loxo_sphere_destroy(sphere);
+    if (status < 0) return status;
+    const loxo_status made = make_problem(s);
+    return made < 0 ? made : status;
 }
 
 /* Landmarks in pairs, as what pulls at the map. */
@@ -226,8 +256,8 @@ static void turn(const sphere_problem *p, const sphere_pull *pull, sphere_map f)
 /* Lines 4 to 12: from the moving surface's own map to the least of (6.1). */
 static loxo_status move(moving_surface *s, loxo_register_info *info)
 {
-    const sphere_problem *p = sphere_get_problem(s->sphere);
-    const sphere_map f = sphere_get_map(s->sphere);
+    const sphere_problem *p = &s->problem;
+    const sphere_map f = s->f;
     const double lambda = s->pull.weight;
     loxo_sphere_info steps = {.n_iterations = 0};
     sphere_energy energy;
@@ -249,6 +279,7 @@ static loxo_status move(moving_surface *s, loxo_register_info *info)
     info->residual = steps.residual;
     info->n_linear_steps = steps.n_linear_steps;
     info->n_held = steps.n_held;
+    info->workspace_bytes = steps.workspace_bytes;
     info->energy = energy.energy;
     info->loss = sphere_pull_loss(&s->pull, (sphere_const_map)f);
     info->objective = info->energy + lambda * info->loss;
@@ -258,7 +289,8 @@ static loxo_status move(moving_surface *s, loxo_register_info *info)
         const loxo_vec3 away = v3_sub(image_of(&s->pull, i, (sphere_const_map)f), v3_load(s->pull.target[i]));
         info->landmark_max = fmax(info->landmark_max, v3_norm(away));
     }
-    sphere_give_map(s->sphere, s->map);
+    for (int64_t i = 0; i < s->n; ++i)
+        memcpy(&s->map[3 * i], f[s->order[i]], sizeof *f);
     return done;
 }
 
@@ -317,7 +349,9 @@ static void let_go(moving_surface *s)
     register_pairs_destroy(ctx, &s->pairs);
     loxo_sphere_locator_destroy(s->locator);
     loxo_release(ctx, s->position);
-    loxo_sphere_destroy(s->sphere);
+    loxo_csr_destroy(ctx, &s->problem.laplacian);
+    loxo_release(ctx, s->problem.area);
+    loxo_release(ctx, s->f);
     loxo_landmarks_destroy(ctx, &s->landmarks);
     loxo_release(ctx, s->order);
 }

@@ -169,17 +169,6 @@ loxo_status loxo_sphere_estimate(loxo_context *ctx, int64_t n_vertices, int64_t 
     return LOXO_OK;
 }
 
-const sphere_problem *sphere_get_problem(const loxo_sphere *s) { return &s->problem; }
-
-sphere_map sphere_get_map(loxo_sphere *s) { return s->f; }
-
-void sphere_give_map(const loxo_sphere *s, double *map)
-{
-    for (int64_t i = 0; i < s->n_given; ++i)
-        for (int k = 0; k < 3; ++k)
-            map[3 * i + k] = s->f[s->order[i]][k];
-}
-
 loxo_status sphere_center(const sphere_problem *p, sphere_map f, loxo_center_info *info)
 {
     loxo_progress_enter(p->ctx);
@@ -287,7 +276,9 @@ loxo_status loxo_sphere_solve(loxo_sphere *s, const double *start, double *map, 
     own.phase_s[LOXO_SPHERE_PHASE_PREPARE] = s->prepare_s;
     const loxo_status status = solve(s, start, &own);
     if (status < 0) return status;
-    sphere_give_map(s, map);
+    for (int64_t i = 0; i < s->n_given; ++i)
+        for (int k = 0; k < 3; ++k)
+            map[3 * i + k] = s->f[s->order[i]][k];
     own.total_s = s->prepare_s + loxo_os_clock_s() - start_s;
     own.peak_bytes = loxo_context_memory(p->ctx).peak_bytes;
     if (info != NULL) *info = own;

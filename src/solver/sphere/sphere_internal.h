@@ -57,14 +57,6 @@ typedef struct sphere_pull {
 /* The sum, without the weight. */
 double sphere_pull_loss(const sphere_pull *pull, sphere_const_map f);
 
-/* ---- sphere.c ------------------------------------------------------------------------------------------------- */
-
-/* Of a solver, and its map as the last solve left it. Both stay the solver's; the map may be changed. */
-const sphere_problem *sphere_get_problem(const loxo_sphere *sphere);
-sphere_map sphere_get_map(loxo_sphere *sphere);
-/* That map in the caller's order [n][3]. */
-void sphere_give_map(const loxo_sphere *sphere, double *map);
-
 /* Moves the area-weighted mean to 0 by a Moebius map; info may be NULL. As loxo_moebius_center. */
 loxo_status sphere_center(const sphere_problem *p, sphere_map f, loxo_center_info *info);
 /* The face nearest to equilateral, the first of several. */
