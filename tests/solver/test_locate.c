@@ -181,7 +181,7 @@ TEST(all_faces_one_by_one_agree)
         loxo_sphere_locator *locator = locator_make(&s, map);
         CHECK_OK(loxo_sphere_locate(locator, N_QUERIES, q, point, away));
         for (int64_t i = 0; i < N_QUERIES; ++i) {
-            loxo_surface_point want;
+            loxo_surface_point want = {.vertex = {-1, -1, -1}};
             double want_away;
             look_at_all(&s, map, v3_load(&q[3 * i]), &want, &want_away);
             CHECK_NEAR(away[i], want_away, 1e-15);
