@@ -271,8 +271,14 @@ static loxo_status move(moving_surface *s, loxo_register_info *info)
         done = sphere_map_newton(p, &s->pull, f, &steps);
         if (done < 0) return done;
     }
-    if ((status = sphere_find_energy(p, (sphere_const_map)f, &energy)) < 0) return status;
     if ((status = sphere_find_folds(p, (sphere_const_map)f, NULL, &folds)) < 0) return status;
+    if (folds.n > 0 && p->settings.is_unfolded && done != LOXO_STOPPED) {
+        /* No step folds: what is folded was so in the moving surface's own map. */
+        const loxo_status mended = sphere_unfold(p, f, &steps);
+        if (mended < 0 || mended == LOXO_STOPPED) return mended;
+        if ((status = sphere_find_folds(p, (sphere_const_map)f, NULL, &folds)) < 0) return status;
+    }
+    if ((status = sphere_find_energy(p, (sphere_const_map)f, &energy)) < 0) return status;
     info->stop_reason = steps.stop_reason;
     info->n_iterations = steps.n_iterations;
     info->n_evaluations = steps.n_evaluations;
