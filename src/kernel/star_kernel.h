@@ -177,13 +177,15 @@ static inline bool k_star_step(const k_star *star, double x[2], double *energy)
     if (!(determinant > 0.0) || !isfinite(determinant)) return false;
     const double dx = (hxy * gy - hyy * gx) / determinant, dy = (hxy * gx - hxx * gy) / determinant;
     double length = 1.0;
-    for (int k = 0; k < 30; ++k, length *= 0.5) {
+    for (int k = 0; k < 30; ++k) {
         const double now = k_star_energy(star, x[0] + length * dx, x[1] + length * dy);
-        if (!(now < *energy)) continue;
-        x[0] += length * dx;
-        x[1] += length * dy;
-        *energy = now;
-        return true;
+        if (now < *energy) {
+            x[0] += length * dx;
+            x[1] += length * dy;
+            *energy = now;
+            return true;
+        }
+        length *= 0.5;
     }
     return false;
 }

@@ -334,6 +334,7 @@ static loxo_soup limbs(loxo_context *ctx, int64_t n)
 
 TEST(long_limbs_have_a_map_without_folds)
 {
+    NEEDS_IDS(80000);
     world w = world_from(test_context, limbs(test_context, 12000));
     check_positive(&w);
 }
@@ -395,6 +396,7 @@ TEST(a_scrambled_patch_is_mended)
 /* In a patch of size 1e-8, positions have eight digits of a neighbour's distance left. */
 TEST(a_fold_in_a_tiny_patch_is_mended)
 {
+    NEEDS_IDS(130000);
     world w = world_of_sphere(test_context, 20000);
     const loxo_vec3 pole = k_unit((loxo_vec3){1.0, 2.0, 3.0});
     loxo_index v = 0;
@@ -427,6 +429,7 @@ TEST(a_patch_in_one_point_is_spread)
 /* Algorithm 2 alone leaves the others: many single folds far from each other. */
 TEST(many_folds_are_mended_each_in_its_place)
 {
+    NEEDS_IDS(70000);
     world w = world_of_sphere(test_context, 10000);
     int *nearest = malloc((size_t)w.p.m.n_vertices * sizeof *nearest);
     CHECK(nearest != NULL);

@@ -47,9 +47,10 @@ static void relax_large(sphere_embedding *e, loxo_index v, int n, const loxo_ind
     const loxo_vec3 way = v3_sub(v3_scale(1.0 / length, sum), before);
     if (v3_dot(way, before) < -1.0) return; /* on the other side of the sphere */
     double share = 1.0;
-    for (int k = 0; k < 4; ++k, share *= 0.5) {
+    for (int k = 0; k < 4; ++k) {
         v3_store(e->f[v], k_unit(v3_axpy(before, share, way)));
         if (least_side(e, v, n, ring) > least) return;
+        share *= 0.5;
     }
     v3_store(e->f[v], before);
 }
