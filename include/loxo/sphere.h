@@ -45,7 +45,7 @@ LOXO_API const char *loxo_sphere_method_help(loxo_sphere_method method);
     X(SCEM, scem, "that method's map")                                                                                 \
     X(FLASH, flash, "that method's map")                                                                               \
     X(CMCF, cmcf, "that method's map")                                                                                 \
-    X(POSITIVE, positive, "vertices put back one by one, each where nothing folds: of any surface, less conformal")     \
+    X(POSITIVE, positive, "vertices put back one by one, each where nothing folds: of any surface, less conformal")    \
     X(GIVEN, given, "a map that the caller gives")
 
 typedef enum loxo_sphere_start {
