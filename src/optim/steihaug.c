@@ -74,8 +74,11 @@ loxo_status loxo_steihaug(const loxo_quadratic *q, const double *g, double radiu
     const double enough = fmax(tolerance * tolerance * rz, floor * floor);
     double pp = rz; /* p . M^-1 p */
     info->gradient_norm = sqrt(rz);
-    if (rz <= floor * floor) info->stop_reason = LOXO_STEIHAUG_TOLERANCE;
-    while (rz > floor * floor && info->n_iterations < max_iterations) {
+    if (rz <= floor * floor) {
+        info->stop_reason = LOXO_STEIHAUG_TOLERANCE;
+        return LOXO_OK;
+    }
+    while (info->n_iterations < max_iterations) {
         double curvature;
         if (loxo_stop_wanted(ctx, "map", -1.0)) {
             info->stop_reason = LOXO_STEIHAUG_MONITOR;

@@ -11,9 +11,9 @@
 #define EIGHT_PI 25.132741228718345
 /* Relative residual of the linear systems: this, or the residual itself where that is less, for quadratic convergence. */
 #define LOOSEST_FORCING   0.1
-#define TIGHTEST_FORCING  1e-8
+#define TIGHTEST_FORCING  1e-6
 #define FORCING_FACTOR    1e-3
-#define LEAST_SHIFT       0.25
+#define LEAST_SHIFT       1e-3
 #define MOST_SHIFT        1e6
 #define MOST_LINEAR_STEPS 500
 /* Falls of the energy below this share of 4 pi cannot be told from rounding. */
@@ -24,6 +24,8 @@
 /* A step is found to more digits where it turns over faces at more than one vertex in so many; it is shortened down to this share. */
 #define FEW            1000
 #define SHORTEST_SCALE 1e-3
+/* Of a step that turns over one face in so many vertices, or fewer, these are mended. */
+#define MENDED 4
 
 typedef struct newton_state {
     sphere_tangent tangent;
@@ -98,6 +100,18 @@ static void count_marks(newton_state *s)
     }
 }
 
+/* trial: f moved by d. */
+static void move(newton_state *s)
+{
+    const loxo_mesh_view *m = &s->tangent.p->m;
+#pragma omp parallel num_threads(loxo_threads_for(s->tangent.p->ctx, m->n_vertices, 8.0))
+    {
+        const loxo_range r = loxo_thread_range(m->n_vertices);
+        for (int64_t i = r.begin; i < r.end; ++i)
+            v3_store(s->trial[i], k_retract(v3_load(s->f[i]), v3_load(&s->d[3 * i])));
+    }
+}
+
 static int64_t few(const sphere_problem *p) { return p->m.n_vertices / FEW + 3; }
 
 /* The model's step. Where it turns over many faces, it is found again to more digits: what is small in the image is moved along with
@@ -122,36 +136,53 @@ static loxo_status find_step(newton_state *s, double forcing, loxo_steihaug_info
         s->n_linear_steps += how->n_iterations;
         if (how->stop_reason == LOXO_STEIHAUG_MONITOR) return LOXO_STOPPED;
         if (how->stop_reason != LOXO_STEIHAUG_CURVATURE) {
-            sphere_move(p, (sphere_const_map)s->f, s->d, s->trial);
-            if (sphere_mark_bad(p, (sphere_const_map)s->f, (sphere_const_map)s->trial, s->mark) <= few(p))
-                return LOXO_OK;
-            if (asked > TIGHTEST_FORCING) {
-                s->forcing = asked = fmax(TIGHTEST_FORCING, FORCING_FACTOR * asked);
-                continue;
-            }
+            move(s);
+            sphere_folds folds;
+            const loxo_status found = sphere_find_folds(p, (sphere_const_map)s->trial, NULL, &folds);
+            if (found < 0 || folds.n <= few(p)) return found;
+            if (asked <= TIGHTEST_FORCING) return LOXO_OK;
+            s->forcing = asked = fmax(TIGHTEST_FORCING, FORCING_FACTOR * asked);
+            continue;
         }
         if (s->shift >= MOST_SHIFT) return LOXO_OK;
-        s->shift = fmax(LEAST_SHIFT, 4.0 * s->shift);
+        s->shift = fmax(LEAST_SHIFT, 8.0 * s->shift);
     }
 }
 
-/* The longest of d, d/2, d/4 ... that can be made to turn no face over. *scale: of d. */
+/* Marks vertices that are elsewhere than d takes them. */
+static bool mark_changed(newton_state *s)
+{
+    bool is_any = false;
+    for (int64_t i = 0; i < s->tangent.p->m.n_vertices; ++i) {
+        const loxo_vec3 x = k_retract(v3_load(s->f[i]), v3_load(&s->d[3 * i]));
+        s->mark[i] = x.x != s->trial[i][0] || x.y != s->trial[i][1] || x.z != s->trial[i][2];
+        is_any = is_any || s->mark[i] != 0;
+    }
+    return is_any;
+}
+
+/* The longest of d, d/2, d/4 ... that turns no face over, or so few that they can be mended. *scale: of d; 0: none. */
 static loxo_status guard(newton_state *s, double *scale, bool *is_changed)
 {
     const sphere_problem *p = s->tangent.p;
     const int64_t n = p->m.n_vertices;
-    double *whole = s->work + 9 * n;
-    memcpy(whole, s->d, 3 * (size_t)n * sizeof *whole);
     for (*scale = 1.0; *scale > SHORTEST_SCALE; *scale *= 0.5) {
-        int64_t n_bad;
+        sphere_folds folds;
+        loxo_sphere_info mended = {.n_folds = 0};
+        move(s);
+        loxo_status status = sphere_find_folds(p, (sphere_const_map)s->trial, NULL, &folds);
+        if (status < 0) return status;
+        *is_changed = *scale < 1.0;
+        if (folds.n == 0 && folds.degree == 1) return LOXO_OK;
+        if (folds.n <= n / MENDED + 8 && folds.degree == 1) {
+            if ((status = sphere_unfold(p, s->trial, &mended)) != LOXO_OK) return status;
+            if (mended.n_folds == 0) {
+                *is_changed = mark_changed(s) || *is_changed;
+                return LOXO_OK;
+            }
+        }
         for (int64_t i = 0; i < 3 * n; ++i)
-            s->d[i] = *scale * whole[i];
-        const loxo_status status =
-            sphere_guard(p, (sphere_const_map)s->f, s->d, n / 10 + 3, s->work, s->mark, s->trial, &n_bad);
-        if (status != LOXO_OK) return status;
-        if (n_bad > 0) continue;
-        *is_changed = *scale < 1.0 || memchr(s->mark, 1, (size_t)n) != NULL;
-        return LOXO_OK;
+            s->d[i] *= 0.5;
     }
     *scale = 0.0;
     return LOXO_OK;
@@ -178,6 +209,7 @@ static loxo_status step(newton_state *s, double forcing, bool *is_taken, loxo_st
     double scale;
     bool is_changed = false;
     *is_taken = false;
+    memset(s->mark, 0, (size_t)p->m.n_vertices);
     loxo_status status = find_step(s, forcing, how);
     if (status != LOXO_OK || how->n_iterations == 0) return status;
     if ((status = guard(s, &scale, &is_changed)) != LOXO_OK) return status;
@@ -187,7 +219,7 @@ static loxo_status step(newton_state *s, double forcing, bool *is_taken, loxo_st
         return LOXO_OK;
     }
     if ((is_changed || s->shift > 0.0) && (status = find_fall(s, &how->fall)) < 0) return status;
-    if (is_changed && how->gradient_norm < CALM) count_marks(s);
+    if (is_changed && scale == 1.0 && how->gradient_norm < CALM) count_marks(s);
     sphere_energy energy;
     double value;
     if ((status = sphere_tangent_value(t, (sphere_const_map)s->trial, &energy, &value)) < 0) return status;
@@ -196,9 +228,9 @@ static loxo_status step(newton_state *s, double forcing, bool *is_taken, loxo_st
     const double ratio = fabs(how->fall) < noise && fabs(fell) < noise ? 1.0 : fell / how->fall;
     *is_taken = how->fall > -noise && ratio > 1e-4;
     if (!*is_taken || ratio < 0.25)
-        s->shift = fmax(LEAST_SHIFT, 4.0 * s->shift);
+        s->shift = fmax(LEAST_SHIFT, 8.0 * s->shift);
     else if (ratio > 0.75 && scale == 1.0)
-        s->shift = s->shift > LEAST_SHIFT ? 0.25 * s->shift : 0.0;
+        s->shift = s->shift > LEAST_SHIFT ? 0.125 * s->shift : 0.0;
     if (!*is_taken) return LOXO_OK;
     s->energy = energy;
     memcpy(s->f, s->trial, (size_t)p->m.n_vertices * sizeof *s->f);

@@ -14,6 +14,9 @@
 #include <inttypes.h>
 #include <stdio.h>
 
+/* A harmonic map of more energy than that is far from what newton finds: limbs and negative weights make it so. */
+#define MOST_START_ENERGY 0.1
+
 struct loxo_sphere {
     sphere_problem problem;
     const loxo_mesh *mesh;
@@ -193,22 +196,74 @@ static loxo_status take_start(loxo_sphere *s, const double *start)
     return LOXO_OK;
 }
 
-static loxo_status make_start(loxo_sphere *s, loxo_sphere_start which, const double *start, loxo_sphere_info *info)
+/* What maps a surface without a start. */
+static loxo_status map_by(loxo_sphere *s, loxo_sphere_start which, loxo_sphere_info *info)
 {
     const sphere_problem *p = &s->problem;
-    info->start = which;
     switch (which) {
-    case LOXO_SPHERE_START_GIVEN: return take_start(s, start);
+    case LOXO_SPHERE_START_SCEM: return sphere_map_scem(p, s->f, info);
+    case LOXO_SPHERE_START_FLASH: return sphere_map_flash(p, s->f, info);
+    case LOXO_SPHERE_START_CMCF: return sphere_map_cmcf(p, s->f, info);
+    case LOXO_SPHERE_START_POSITIVE: return sphere_map_positive(p, s->f, info);
     default: return sphere_map_harmonic(p, s->f, info);
     }
+}
+
+/* Folds and energy of the map as it is. */
+static loxo_status look(loxo_sphere *s, sphere_folds *folds, sphere_energy *energy)
+{
+    const sphere_problem *p = &s->problem;
+    const loxo_status status = sphere_find_folds(p, (sphere_const_map)s->f, NULL, folds);
+    return status < 0 ? status : sphere_find_energy(p, (sphere_const_map)s->f, energy);
+}
+
+/* A start that is given, or made; without folds where the method must begin so. */
+static loxo_status make_start(loxo_sphere *s, const double *start, loxo_sphere_info *info)
+{
+    static const loxo_sphere_start ladder[] = {LOXO_SPHERE_START_HARMONIC, LOXO_SPHERE_START_SCEM};
+    const sphere_problem *p = &s->problem;
+    const bool is_auto = p->settings.start == LOXO_SPHERE_START_AUTO;
+    sphere_folds folds;
+    sphere_energy energy;
+    loxo_status status;
+    info->start = p->settings.start;
+    if (info->start == LOXO_SPHERE_START_GIVEN) {
+        status = take_start(s, start);
+    } else {
+        for (int k = 0;; ++k) {
+            if (is_auto) info->start = ladder[k];
+            status = map_by(s, info->start, info);
+            if (status == LOXO_STOPPED || status < 0) return status;
+            if ((status = look(s, &folds, &energy)) < 0) return status;
+            if (!is_auto || k == 1 || (folds.n == 0 && folds.degree == 1 && energy.energy < MOST_START_ENERGY)) break;
+        }
+    }
+    if (status >= 0) status = look(s, &folds, &energy);
+    if (status < 0) return status;
+    info->n_folds_start = folds.n;
+    info->energy_start = info->energy = energy.energy;
+    if (p->settings.method != LOXO_SPHERE_NEWTON || folds.n == 0) return LOXO_OK;
+    status = sphere_unfold(p, s->f, info);
+    if (status != LOXO_OK || (info->n_folds == 0 && folds.degree == 1) || !is_auto) return status;
+    info->start = LOXO_SPHERE_START_POSITIVE;
+    return sphere_map_positive(p, s->f, info);
 }
 
 static loxo_status run_method(loxo_sphere *s, loxo_sphere_info *info)
 {
     const sphere_problem *p = &s->problem;
     switch (p->settings.method) {
+    case LOXO_SPHERE_HBTR: return sphere_map_hbtr(p, s->f, info);
+    case LOXO_SPHERE_SCEM: return map_by(s, LOXO_SPHERE_START_SCEM, info);
+    case LOXO_SPHERE_FLASH: return map_by(s, LOXO_SPHERE_START_FLASH, info);
+    case LOXO_SPHERE_CMCF: return map_by(s, LOXO_SPHERE_START_CMCF, info);
     default: return sphere_map_newton(p, NULL, s->f, info);
     }
+}
+
+static bool has_start(const loxo_sphere *s)
+{
+    return s->problem.settings.method == LOXO_SPHERE_NEWTON || s->problem.settings.method == LOXO_SPHERE_HBTR;
 }
 
 static void clock_phase(double *clock_s, loxo_sphere_phase phase, loxo_sphere_info *info)
@@ -244,21 +299,23 @@ static loxo_status solve(loxo_sphere *s, const double *start, loxo_sphere_info *
     double clock_s = loxo_os_clock_s();
     sphere_folds folds;
     sphere_energy energy;
-    loxo_status status = make_start(s, p->settings.start, start, info);
-    if (status >= 0) status = sphere_find_folds(p, (sphere_const_map)s->f, NULL, &folds);
-    if (status >= 0) status = sphere_find_energy(p, (sphere_const_map)s->f, &energy);
+    loxo_status status = has_start(s) ? make_start(s, start, info) : LOXO_OK;
     if (status < 0) return status;
-    info->n_folds_start = folds.n;
-    info->energy_start = info->energy = energy.energy;
     clock_phase(&clock_s, LOXO_SPHERE_PHASE_START, info);
-    const loxo_status done = run_method(s, info);
+    const loxo_status done = status == LOXO_STOPPED ? status : run_method(s, info);
     if (done < 0) return done;
+    if (done == LOXO_STOPPED) info->stop_reason = LOXO_SPHERE_STOP_MONITOR;
     clock_phase(&clock_s, LOXO_SPHERE_PHASE_ITERATE, info);
-    if ((status = sphere_find_folds(p, (sphere_const_map)s->f, NULL, &folds)) < 0) return status;
+    if ((status = look(s, &folds, &energy)) < 0) return status;
     info->n_folds_unmended = folds.n;
+    info->energy = energy.energy;
     if (p->settings.is_centred && done != LOXO_STOPPED) status = sphere_center(p, s->f, &info->center);
     if (status < 0) return status;
     clock_phase(&clock_s, LOXO_SPHERE_PHASE_CENTER, info);
+    /* Flat triangles are not what Moebius maps keep: centring may turn one over. */
+    if (p->settings.is_unfolded && done != LOXO_STOPPED) status = sphere_unfold(p, s->f, info);
+    if (status < 0) return status;
+    clock_phase(&clock_s, LOXO_SPHERE_PHASE_UNFOLD, info);
     status = judge(s, done, info);
     clock_phase(&clock_s, LOXO_SPHERE_PHASE_CHECK, info);
     return status;

@@ -50,8 +50,7 @@ loxo_status sphere_tangent_create(const sphere_problem *p, const sphere_pull *pu
                                   sphere_tangent *t)
 {
     const int64_t n = p->m.n_vertices, n_faces = p->m.n_faces;
-    *t = (sphere_tangent){
-        .p = p, .pull = pull, .is_gauged = !p->settings.is_free, .precondition_scale = 1.0};
+    *t = (sphere_tangent){.p = p, .pull = pull, .is_gauged = !p->settings.is_free, .precondition_scale = 1.0};
     t->normal = loxo_allocate(p->ctx, n_faces, sizeof *t->normal);
     t->cotangent = loxo_allocate(p->ctx, n_faces, sizeof *t->cotangent);
     t->gradient = loxo_allocate(p->ctx, n, sizeof *t->gradient);

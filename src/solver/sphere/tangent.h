@@ -42,17 +42,4 @@ loxo_status sphere_tangent_value(const sphere_tangent *t, sphere_const_map g, sp
 loxo_status sphere_tangent_hessian(void *state, const double *v, double *hv);
 void sphere_tangent_precondition(void *state, const double *r, double *z);
 
-/* trial = f moved by d. */
-void sphere_move(const sphere_problem *p, sphere_const_map f, const double *d, sphere_map trial);
-/* Marks vertices at faces that are turned over in trial, or nearly lose their area, and were not in f. Returns how many there are. */
-int64_t sphere_mark_bad(const sphere_problem *p, sphere_const_map f, sphere_const_map trial, unsigned char *mark);
-/* Makes a step that turns no face over, nor lets one nearly lose its area, of the step d [n][3] from f: trial out.
- *   d       in and out: at such faces, steps are made means of those around
- *   most    gives up where at more vertices than that there are such faces
- *   work    [4 n]
- *   mark    [n] out, 1: another step than given
- *   n_bad   out, vertices at such faces that are left: 0, or it gave up */
-loxo_status sphere_guard(const sphere_problem *p, sphere_const_map f, double *d, int64_t most, double *work,
-                         unsigned char *mark, sphere_map trial, int64_t *n_bad);
-
 #endif
