@@ -39,7 +39,8 @@ typedef struct job {
     int n_out;
     const char *picture;
     loxo_soup surface;
-    double *map; /* [n][3] */
+    double *map;         /* [n][3] */
+    double *angle_error; /* [n] degrees, for the picture; NULL: not known */
 } job;
 
 static loxo_status check_files(cli_run *run, bool is_estimate, job *j)
@@ -126,11 +127,15 @@ static void tell_solve(cli_run *run, const loxo_sphere_info *info)
                text_seconds(info->phase_s[LOXO_SPHERE_PHASE_ITERATE]));
 }
 
-static loxo_status measure(cli_run *run, const job *j)
+static loxo_status measure(cli_run *run, job *j)
 {
     loxo_sphere_map_measure m;
     const loxo_mesh_arrays surface = loxo_soup_arrays(&j->surface);
-    const loxo_status status = loxo_measure_sphere_map(run->ctx, &surface, j->map, &m, NULL);
+    if (j->picture != NULL &&
+        (j->angle_error = loxo_allocate(run->ctx, surface.n_vertices, sizeof *j->angle_error)) == NULL)
+        return LOXO_ERR_MEMORY;
+    const loxo_sphere_map_fields fields = {.vertex_angle_error_deg = j->angle_error};
+    const loxo_status status = loxo_measure_sphere_map(run->ctx, &surface, j->map, &m, &fields);
     if (status >= 0) cli_tell_sphere_map(run, "map", "map", true, &m);
     return status;
 }
@@ -202,7 +207,9 @@ static loxo_status write_files(cli_run *run, const sphere_state *s, job *j)
     }
     if (status >= 0 && j->picture != NULL) {
         const loxo_mesh_arrays image = loxo_soup_arrays(&j->surface);
-        status = cli_sphere_picture(run, &image, NULL, "image of the surface", &s->draw, j->picture);
+        loxo_draw_settings draw = s->draw;
+        draw.unit = "degrees";
+        status = cli_sphere_picture(run, &image, j->angle_error, "angle error", &draw, j->picture);
     }
     if (status >= 0) (void)cli_seconds(run, "write", start_s);
     return status;
@@ -223,6 +230,7 @@ static loxo_status sphere_main(cli_run *run, void *state)
     loxo_mesh_destroy(mesh);
     if (status >= 0 && found >= 0 && found != LOXO_STOPPED) status = measure(run, &j);
     if (status >= 0) status = write_files(run, s, &j);
+    loxo_release(run->ctx, j.angle_error);
     loxo_release(run->ctx, j.map);
     loxo_soup_destroy(run->ctx, &j.surface);
     return status;
@@ -242,7 +250,7 @@ static const cli_flag sphere_flags[] = {
     {.name = "picture",
      .values = "FILE.png",
      .n_values = 1,
-     .help = "the surface's triangles on the sphere, front and back"},
+     .help = "the sphere, front and back, coloured by angle error"},
     {.name = NULL},
 };
 static const cli_group sphere_groups[] = {

@@ -125,8 +125,7 @@ typedef struct loxo_sphere_info {
     loxo_center_info center;  /* of the last step */
 } loxo_sphere_info;
 
-/* Prepares maps of a mesh, which must outlive the solver: closed, one piece, genus 0; vertices without faces are left out (a counted
- * warning; they get (0, 0, 1)).
+/* Prepares maps of a mesh, which must outlive the solver: closed, one piece, genus 0, and no vertex without a face.
  *   settings   NULL: the defaults
  * returns      LOXO_OK; LOXO_ERR_MESH: open, several pieces, of genus > 0, an intrinsic triangulation; LOXO_ERR_ARGUMENT: a setting out of
  *              its range; LOXO_ERR_UNSUPPORTED: CHOLMOD is off; LOXO_ERR_MEMORY; LOXO_ERR_STOPPED
