@@ -77,6 +77,12 @@ def measure():
 
 
 @test
+def sphere_maps():
+    mesh = octahedron()
+    fail_each(["sphere", mesh, "-o", "x.ply", "--json", "r.json"], ["x.ply", "r.json"], lambda r: read("x.ply"))
+
+
+@test
 def center_and_extend():
     mesh = octahedron()
     fail_each(["center", mesh, "--mesh", mesh, "-o", "x.ply"], ["x.ply"], lambda r: read("x.ply"))

@@ -4,7 +4,7 @@ import re
 
 from harness import environment, files, loxo, main, octahedron, test, tetrahedron
 
-COMMANDS = ["info", "convert", "generate", "geodesic", "render", "measure", "center", "extend"]
+COMMANDS = ["info", "convert", "generate", "geodesic", "render", "measure", "sphere", "register", "center", "extend"]
 
 
 @test
