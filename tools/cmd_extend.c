@@ -220,7 +220,7 @@ static void tell(cli_run *run, const loxo_extension_info *info)
 static loxo_status solve(cli_run *run, const loxo_extension_settings *settings, extend_job *j)
 {
     loxo_extension *extension = NULL;
-    loxo_extension_info info;
+    loxo_extension_info info = {.n_points = 0};
     const char *at = cli_args_value(&run->args, "at", 0);
     loxo_status status = cli_values_create(run, j->n, j->curve.d, &j->values);
     if (status >= 0)

@@ -90,17 +90,18 @@ static void tell_solve(cli_run *run, const loxo_sphere_info *info)
 {
     json_t *o = json_put_object(run->report.json, "solve"), *phases;
     json_put_text(o, "method", loxo_sphere_method_name(info->method));
-    json_put_text(o, "start", loxo_sphere_start_name(info->start));
+    const bool has_start = info->start != LOXO_SPHERE_START_AUTO;
+    if (has_start) json_put_text(o, "start", loxo_sphere_start_name(info->start));
     json_put_text(o, "stop", loxo_sphere_stop_name(info->stop_reason));
     json_put_integer(o, "iterations", info->n_iterations);
     json_put_integer(o, "evaluations", info->n_evaluations);
     json_put_integer(o, "linear_steps", info->n_linear_steps);
     json_put_number(o, "objective", info->objective);
     json_put_number(o, "residual", info->residual);
-    json_put_number(o, "energy_start", info->energy_start);
+    if (has_start) json_put_number(o, "energy_start", info->energy_start);
     json_put_number(o, "energy", info->energy);
     json_put_number(o, "image_area", info->image_area);
-    json_put_integer(o, "folds_start", info->n_folds_start);
+    if (has_start) json_put_integer(o, "folds_start", info->n_folds_start);
     json_put_integer(o, "folds_unmended", info->n_folds_unmended);
     json_put_integer(o, "folds", info->n_folds);
     json_put_integer(o, "held", info->n_held);
@@ -111,12 +112,14 @@ static void tell_solve(cli_run *run, const loxo_sphere_info *info)
     for (int k = 0; k < LOXO_SPHERE_N_PHASES; ++k)
         json_put_number(phases, loxo_sphere_phase_name((loxo_sphere_phase)k), info->phase_s[k]);
     cli_put_barycenter(json_put_object(o, "center"), &info->center.barycenter, 3);
-    report_row(&run->report, "method", "%s from %s; %s after %lld steps and %lld linear ones",
-               loxo_sphere_method_name(info->method), loxo_sphere_start_name(info->start),
-               loxo_sphere_stop_name(info->stop_reason), (long long)info->n_iterations,
-               (long long)info->n_linear_steps);
-    report_row(&run->report, "energy", "%.6g as found, %.6g as written; of the start %.4g", info->energy,
-               info->objective, info->energy_start);
+    report_row(&run->report, "method", "%s%s%s; %s after %lld steps and %lld linear ones",
+               loxo_sphere_method_name(info->method), has_start ? " from " : "",
+               has_start ? loxo_sphere_start_name(info->start) : "", loxo_sphere_stop_name(info->stop_reason),
+               (long long)info->n_iterations, (long long)info->n_linear_steps);
+    if (has_start)
+        report_row(&run->report, "start", "energy %.6g, %lld triangles turned over", info->energy_start,
+                   (long long)info->n_folds_start);
+    report_row(&run->report, "energy", "%.6g as found, %.6g as written", info->energy, info->objective);
     report_row(&run->report, "one to one", "%lld triangles turned over, %lld before they were mended; degree %d",
                (long long)info->n_folds, (long long)info->n_folds_unmended, info->degree);
     if (info->n_held > 0)
@@ -215,6 +218,24 @@ static loxo_status write_files(cli_run *run, const sphere_state *s, job *j)
     return status;
 }
 
+/* Options that the method does not look at. */
+static loxo_status check_options(cli_run *run, const sphere_state *s)
+{
+    const bool has_from = cli_args_has(&run->args, "from");
+    const bool has_start = s->sphere.method == LOXO_SPHERE_NEWTON || s->sphere.method == LOXO_SPHERE_HBTR;
+    if (s->sphere.start == LOXO_SPHERE_START_GIVEN && !has_from)
+        return cli_fail(run, LOXO_ERR_ARGUMENT, "sphere: --start given wants the map to begin with, --from FILE");
+    if (has_from && s->sphere.start != LOXO_SPHERE_START_AUTO && s->sphere.start != LOXO_SPHERE_START_GIVEN)
+        return cli_fail(run, LOXO_ERR_ARGUMENT, "sphere: --from gives the start, --start %s another",
+                        loxo_sphere_start_name(s->sphere.start));
+    for (const loxo_option *o = loxo_sphere_options; o->name != NULL; ++o)
+        if (cli_args_has_option(&run->args, o) && !loxo_option_is_of_method(loxo_sphere_options, o, &s->sphere))
+            cli_warn(run, 1, "--%s changes nothing in method %s", o->name, loxo_sphere_method_name(s->sphere.method));
+    if (has_from && !has_start)
+        cli_warn(run, 1, "--from changes nothing in method %s", loxo_sphere_method_name(s->sphere.method));
+    return LOXO_OK;
+}
+
 static loxo_status sphere_main(cli_run *run, void *state)
 {
     sphere_state *s = state;
@@ -223,8 +244,7 @@ static loxo_status sphere_main(cli_run *run, void *state)
     loxo_status status = check_files(run, s->common.estimate, &j), found = LOXO_OK;
     if (status < 0) return status;
     if (s->common.estimate) return estimate(run, s);
-    if (s->sphere.start == LOXO_SPHERE_START_GIVEN && !cli_args_has(&run->args, "from"))
-        return cli_fail(run, LOXO_ERR_ARGUMENT, "sphere: --start given wants the map to begin with, --from FILE");
+    if ((status = check_options(run, s)) < 0) return status;
     status = read_surface(run, s, &j, &mesh);
     if (status >= 0) status = solve(run, s, mesh, &j, &found);
     loxo_mesh_destroy(mesh);

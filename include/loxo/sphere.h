@@ -68,7 +68,7 @@ typedef struct loxo_sphere_settings {
     loxo_sphere_start start; /* of newton and hbtr */
     double
         tolerance; /* newton: gradient over that of the start's size, README; hbtr: of (4.4); scem: fall of the energy */
-    int64_t max_iterations; /* of the method's outer steps */
+    int64_t max_iterations; /* of the method's outer steps, not of starts */
     loxo_sphere_factor factor;
     bool is_free;     /* newton: the energy alone, without the constraint that the map be centred */
     bool is_unfolded; /* triangles that are turned over at the end are mended */
@@ -81,14 +81,15 @@ typedef enum loxo_sphere_stop {
     LOXO_SPHERE_STOP_TOLERANCE,
     LOXO_SPHERE_STOP_ROUNDING, /* no step lowers the energy any more by what doubles can tell */
     LOXO_SPHERE_STOP_MAX_ITERATIONS,
-    LOXO_SPHERE_STOP_RISE, /* scem: the energy rose; the map before stands */
+    LOXO_SPHERE_STOP_RISE,    /* scem: the energy rose; the map before stands */
+    LOXO_SPHERE_STOP_STALLED, /* newton: no step that turns nothing over lowers the energy; LOXO_NOT_CONVERGED */
     LOXO_SPHERE_STOP_MONITOR,
 } loxo_sphere_stop;
 
 LOXO_API const char *loxo_sphere_stop_name(loxo_sphere_stop stop);
 
 typedef enum loxo_sphere_phase {
-    LOXO_SPHERE_PHASE_PREPARE, /* in create: matrix, multigrid or symbolic factor */
+    LOXO_SPHERE_PHASE_PREPARE, /* in create: the matrix */
     LOXO_SPHERE_PHASE_START,
     LOXO_SPHERE_PHASE_ITERATE,
     LOXO_SPHERE_PHASE_UNFOLD,
@@ -128,8 +129,8 @@ typedef struct loxo_sphere_info {
 /* Prepares maps of a mesh, which must outlive the solver: closed, one piece, genus 0, and no vertex without a face.
  *   settings   NULL: the defaults
  * returns      LOXO_OK; LOXO_ERR_MESH: open, several pieces, of genus > 0, an intrinsic triangulation; LOXO_ERR_ARGUMENT: a setting out of
- *              its range; LOXO_ERR_UNSUPPORTED: CHOLMOD is off; LOXO_ERR_MEMORY; LOXO_ERR_STOPPED
- * cost         linear but for factors */
+ *              its range; LOXO_ERR_MEMORY; LOXO_ERR_STOPPED
+ * cost         linear */
 LOXO_API loxo_status loxo_sphere_create(loxo_context *ctx, const loxo_mesh *mesh, const loxo_sphere_settings *settings,
                                         loxo_sphere **out);
 /* The same with the weights L of the intrinsic Delaunay triangulation of the mesh in place of its own: never negative. E_C is then

@@ -28,14 +28,26 @@
 #define K_WIDE_STORE(p, v) (*(k_wide_anywhere *)(void *)(p) = (v))
 /* Past the caches, to 64 aligned bytes; all of it is there after the end. */
 #if defined(__AVX512F__)
-#define K_WIDE_STREAM(p, v) _mm512_stream_pd((p), (__m512d)(v))
+#define K_WIDE_PUT(streams, p, v)                                                                                      \
+    do {                                                                                                               \
+        if (streams)                                                                                                   \
+            _mm512_stream_pd((p), (__m512d)(v));                                                                       \
+        else                                                                                                           \
+            K_WIDE_STORE(p, v);                                                                                        \
+    } while (0)
 #define K_WIDE_STREAM_END() _mm_sfence()
 #elif defined(__AVX__)
-#define K_WIDE_STREAM(p, v) _mm256_stream_pd((p), (__m256d)(v))
+#define K_WIDE_PUT(streams, p, v)                                                                                      \
+    do {                                                                                                               \
+        if (streams)                                                                                                   \
+            _mm256_stream_pd((p), (__m256d)(v));                                                                       \
+        else                                                                                                           \
+            K_WIDE_STORE(p, v);                                                                                        \
+    } while (0)
 #define K_WIDE_STREAM_END() _mm_sfence()
 #else
-#define K_WIDE_STREAM(p, v) K_WIDE_STORE(p, v)
-#define K_WIDE_STREAM_END() (void)0
+#define K_WIDE_PUT(streams, p, v) K_WIDE_STORE(p, v)
+#define K_WIDE_STREAM_END()       (void)0
 #endif
 
 static inline void k_wide_sqrt(k_wide *v)
@@ -100,10 +112,7 @@ K_LANE_INLINE void k_lanes_scatter(double *const *out, bool all, bool streams, i
     if (count == K_WIDE) {
         k_transpose(t);
         for (int l = 0; l < K_WIDE; ++l)
-            if (streams)
-                K_WIDE_STREAM(out[l] + begin, t[l]);
-            else if (all || out[l] != NULL)
-                K_WIDE_STORE(out[l] + begin, t[l]);
+            if (streams || all || out[l] != NULL) K_WIDE_PUT(streams, out[l] + begin, t[l]);
         return;
     }
     for (int64_t k = 0; k < count; ++k)

@@ -54,9 +54,10 @@ static void turn(loxo_context *ctx, int64_t n, double b, const double *z, double
     }
 }
 
-loxo_status loxo_steihaug(const loxo_quadratic *q, const double *g, double radius, double tolerance, double floor,
-                          int64_t max_iterations, double *work, double *d, loxo_steihaug_info *info)
+loxo_status loxo_steihaug(const loxo_quadratic *q, const double *g, const loxo_steihaug_settings *settings,
+                          double *work, double *d, loxo_steihaug_info *info)
 {
+    const double radius = settings->radius, floor = settings->floor;
     loxo_context *ctx = q->ctx;
     const int64_t n = q->n;
     double *r = work, *z = work + n, *p = work + 2 * n, *hp = work + 3 * n;
@@ -71,14 +72,16 @@ loxo_status loxo_steihaug(const loxo_quadratic *q, const double *g, double radiu
     if (status < 0) return status;
     if (!(rz >= 0.0) || !isfinite(rz))
         return loxo_fail(ctx, LOXO_ERR_NUMERIC, "trust region: the gradient is not finite");
-    const double enough = fmax(tolerance * tolerance * rz, floor * floor);
+    double share = settings->tolerance;
+    if (settings->unit > 0.0) share = fmin(share, sqrt(rz) / settings->unit);
+    const double enough = fmax(share * share * rz, floor * floor);
     double pp = rz; /* p . M^-1 p */
     info->gradient_norm = sqrt(rz);
     if (rz <= floor * floor) {
         info->stop_reason = LOXO_STEIHAUG_TOLERANCE;
         return LOXO_OK;
     }
-    while (info->n_iterations < max_iterations) {
+    while (info->n_iterations < settings->max_iterations) {
         double curvature;
         if (loxo_stop_wanted(ctx, "map", -1.0)) {
             info->stop_reason = LOXO_STEIHAUG_MONITOR;

@@ -181,7 +181,7 @@ static void place_tetrahedron(sphere_embedding *e)
 {
     static const double corner[4][3] = {{1, 1, 1}, {1, -1, -1}, {-1, 1, -1}, {-1, -1, 1}};
     const double size = sqrt(1.0 / 3.0);
-    loxo_index v[4];
+    loxo_index v[4] = {0, 0, 0, 0};
     int n = 0;
     for (int64_t i = 0; i < e->p->m.n_vertices && n < 4; ++i)
         if (e->degree[i] > 0) v[n++] = (loxo_index)i;

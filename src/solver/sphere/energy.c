@@ -47,6 +47,7 @@ loxo_status sphere_find_energy(const sphere_problem *p, sphere_const_map f, sphe
     const seen_map seen = {.p = p, .f = f};
     loxo_status status = loxo_sum(p->ctx, p->m.n_vertices, 1, add_dirichlet, &seen, &out->dirichlet);
     if (status >= 0) status = loxo_sum(p->ctx, p->m.n_faces, 1, add_area, &seen, &out->image_area);
+    if (status < 0) return status;
     out->energy = out->dirichlet - out->image_area;
     return status;
 }

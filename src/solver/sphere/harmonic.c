@@ -129,9 +129,10 @@ static loxo_status solve_plane(const sphere_problem *p, double *b, double *xy, l
     how.max_iterations = MOST_PLANE_STEPS;
     loxo_status status = loxo_multigrid_create(p->ctx, &p->laplacian, NULL, &mg);
     if (status >= 0) status = loxo_cg_create(p->ctx, &p->laplacian, &cg);
+    sphere_note_bytes(p, info);
     for (int k = 0; k < 2 && status >= 0; ++k) {
         const loxo_preconditioner m = {.apply = loxo_multigrid_apply, .state = mg};
-        loxo_cg_info solved;
+        loxo_cg_info solved = {.n_iterations = 0};
         status = loxo_cg_solve(cg, &m, &how, b + k * n, xy + k * n, &solved);
         info->n_linear_steps += solved.n_iterations;
         if (status == LOXO_NOT_CONVERGED) status = LOXO_OK; /* a start all the same; folds are counted */

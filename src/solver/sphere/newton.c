@@ -6,24 +6,26 @@
 #include "par/range.h"
 #include "solver/sphere/tangent.h"
 
+#include <inttypes.h>
 #include <string.h>
 
 #define EIGHT_PI 25.132741228718345
-/* Relative residual of the linear systems: this, or the residual itself where that is less, for quadratic convergence. */
+/* Relative residual of the linear systems: this, or the gradient itself where that is less, for quadratic convergence. */
 #define LOOSEST_FORCING   0.1
 #define TIGHTEST_FORCING  1e-6
 #define FORCING_FACTOR    1e-3
 #define LEAST_SHIFT       1e-3
 #define MOST_SHIFT        1e6
 #define MOST_LINEAR_STEPS 500
-/* Falls of the energy below this share of 4 pi cannot be told from rounding. */
-#define ROUNDING 2e-14
-/* A vertex whose steps had to be changed so many times on end, while the gradient was below CALM, is held. */
+/* Falls of the energy below this share of 8 pi cannot be told from rounding. */
+#define ROUNDING    2e-14
+#define NOISY_STEPS 4 /* so many of them on end, and there is no more to be had */
+/* A vertex whose steps had to be changed so many times on end, while the residual was below CALM, is held. */
 #define MARKS_TO_HOLD 3
-#define CALM          1e-2
-/* A step is found to more digits where it turns over faces at more than one vertex in so many; it is shortened down to this share. */
-#define FEW            1000
-#define SHORTEST_SCALE 1e-3
+#define CALM          2e-3
+/* A step is found to more digits where it turns over faces at more than one vertex in so many; it is halved so often at most. */
+#define FEW           1000
+#define MOST_HALVINGS 10
 /* Of a step that turns over one face in so many vertices, or fewer, these are mended. */
 #define MENDED 4
 
@@ -36,11 +38,12 @@ typedef struct newton_state {
     sphere_energy energy;
     double shift, forcing;
     int64_t n_evaluations, n_linear_steps, n_held;
+    int n_noisy; /* steps on end whose falls cannot be told from rounding */
 } newton_state;
 
 size_t sphere_newton_bytes(int64_t n_vertices, int64_t n_faces)
 {
-    const size_t vectors = 3 * (2 + LOXO_STEIHAUG_WORK) * sizeof(double);
+    const size_t vectors = (size_t)3 * (2 + LOXO_STEIHAUG_WORK) * sizeof(double);
     return (size_t)n_vertices * (vectors + 2) + sphere_tangent_bytes(n_vertices, n_faces);
 }
 
@@ -116,7 +119,7 @@ static int64_t few(const sphere_problem *p) { return p->m.n_vertices / FEW + 3; 
 
 /* The model's step. Where it turns over many faces, it is found again to more digits: what is small in the image is moved along with
  * what it hangs on, and so has to be moved as accurately as it is small. */
-static loxo_status find_step(newton_state *s, double forcing, loxo_steihaug_info *how)
+static loxo_status find_step(newton_state *s, int64_t max_iterations, loxo_steihaug_info *how)
 {
     sphere_tangent *t = &s->tangent;
     const sphere_problem *p = t->p;
@@ -125,23 +128,25 @@ static loxo_status find_step(newton_state *s, double forcing, loxo_steihaug_info
                                   .state = t,
                                   .hessian_times = sphere_tangent_hessian,
                                   .precondition = sphere_tangent_precondition};
-    const double floor = p->settings.tolerance * sqrt(EIGHT_PI);
-    double asked = fmin(forcing, s->forcing);
+    loxo_steihaug_settings settings = {.radius = HUGE_VAL,
+                                       .tolerance = s->forcing,
+                                       .unit = sqrt(EIGHT_PI),
+                                       .floor = p->settings.tolerance * sqrt(EIGHT_PI),
+                                       .max_iterations = max_iterations};
     for (;;) {
         t->shift = s->shift;
-        const loxo_status status =
-            loxo_steihaug(&model, t->gradient[0], HUGE_VAL, asked, floor, MOST_LINEAR_STEPS, s->work, s->d, how);
+        const loxo_status status = loxo_steihaug(&model, t->gradient[0], &settings, s->work, s->d, how);
         t->shift = 0.0;
-        if (status < 0 || how->n_iterations == 0) return status;
+        if (status < 0) return status;
         s->n_linear_steps += how->n_iterations;
         if (how->stop_reason == LOXO_STEIHAUG_MONITOR) return LOXO_STOPPED;
+        if (how->n_iterations == 0) return LOXO_OK;
         if (how->stop_reason != LOXO_STEIHAUG_CURVATURE) {
             move(s);
             sphere_folds folds;
             const loxo_status found = sphere_find_folds(p, (sphere_const_map)s->trial, NULL, &folds);
-            if (found < 0 || folds.n <= few(p)) return found;
-            if (asked <= TIGHTEST_FORCING) return LOXO_OK;
-            s->forcing = asked = fmax(TIGHTEST_FORCING, FORCING_FACTOR * asked);
+            if (found < 0 || folds.n <= few(p) || settings.tolerance <= TIGHTEST_FORCING) return found;
+            s->forcing = settings.tolerance = fmax(TIGHTEST_FORCING, FORCING_FACTOR * settings.tolerance);
             continue;
         }
         if (s->shift >= MOST_SHIFT) return LOXO_OK;
@@ -149,14 +154,19 @@ static loxo_status find_step(newton_state *s, double forcing, loxo_steihaug_info
     }
 }
 
-/* Marks vertices that are elsewhere than d takes them. */
-static bool mark_changed(newton_state *s)
+/* Marks vertices that are elsewhere than d takes them, and makes d the step to where they are. */
+static bool take_changes(newton_state *s)
 {
     bool is_any = false;
     for (int64_t i = 0; i < s->tangent.p->m.n_vertices; ++i) {
-        const loxo_vec3 x = k_retract(v3_load(s->f[i]), v3_load(&s->d[3 * i]));
-        s->mark[i] = x.x != s->trial[i][0] || x.y != s->trial[i][1] || x.z != s->trial[i][2];
-        is_any = is_any || s->mark[i] != 0;
+        const loxo_vec3 x = v3_load(s->f[i]), y = v3_load(s->trial[i]);
+        const loxo_vec3 expected = k_retract(x, v3_load(&s->d[3 * i]));
+        s->mark[i] = y.x != expected.x || y.y != expected.y || y.z != expected.z;
+        if (s->mark[i] == 0) continue;
+        is_any = true;
+        /* x + d along y: the retraction undone; of what went a quarter of the way around, just what is tangent. */
+        const double along = v3_dot(x, y);
+        v3_store(&s->d[3 * i], along > 0.1 ? v3_sub(v3_scale(1.0 / along, y), x) : k_tangent(x, y));
     }
     return is_any;
 }
@@ -166,7 +176,8 @@ static loxo_status guard(newton_state *s, double *scale, bool *is_changed)
 {
     const sphere_problem *p = s->tangent.p;
     const int64_t n = p->m.n_vertices;
-    for (*scale = 1.0; *scale > SHORTEST_SCALE; *scale *= 0.5) {
+    *scale = 1.0;
+    for (int k = 0; k < MOST_HALVINGS; ++k) {
         sphere_folds folds;
         loxo_sphere_info mended = {.n_folds = 0};
         move(s);
@@ -177,10 +188,11 @@ static loxo_status guard(newton_state *s, double *scale, bool *is_changed)
         if (folds.n <= n / MENDED + 8 && folds.degree == 1) {
             if ((status = sphere_unfold(p, s->trial, &mended)) != LOXO_OK) return status;
             if (mended.n_folds == 0) {
-                *is_changed = mark_changed(s) || *is_changed;
+                *is_changed = take_changes(s) || *is_changed;
                 return LOXO_OK;
             }
         }
+        *scale *= 0.5;
         for (int64_t i = 0; i < 3 * n; ++i)
             s->d[i] *= 0.5;
     }
@@ -201,8 +213,23 @@ static loxo_status find_fall(newton_state *s, double *fall)
     return status;
 }
 
-/* One step: *is_taken, and what the region's radius becomes. */
-static loxo_status step(newton_state *s, double forcing, bool *is_taken, loxo_steihaug_info *how)
+/* Whether a step is taken, and what that says of the next ones. */
+static bool decide(newton_state *s, double fall, double fell, bool is_whole)
+{
+    const double noise = ROUNDING * EIGHT_PI;
+    const bool is_noisy = fabs(fall) < noise && fabs(fell) < noise;
+    const double ratio = is_noisy ? 1.0 : fall > 0.0 ? fell / fall : -1.0;
+    const bool is_taken = ratio > 1e-4 && fell > -noise;
+    s->n_noisy = is_noisy ? s->n_noisy + 1 : 0;
+    if (!is_taken || ratio < 0.25)
+        s->shift = fmax(LEAST_SHIFT, 8.0 * s->shift);
+    else if (ratio > 0.75 && is_whole)
+        s->shift = s->shift > LEAST_SHIFT ? 0.125 * s->shift : 0.0;
+    return is_taken;
+}
+
+/* One step. how->n_iterations 0: none is needed. */
+static loxo_status step(newton_state *s, bool *is_taken, loxo_steihaug_info *how)
 {
     sphere_tangent *t = &s->tangent;
     const sphere_problem *p = t->p;
@@ -210,74 +237,78 @@ static loxo_status step(newton_state *s, double forcing, bool *is_taken, loxo_st
     bool is_changed = false;
     *is_taken = false;
     memset(s->mark, 0, (size_t)p->m.n_vertices);
-    loxo_status status = find_step(s, forcing, how);
+    loxo_status status = find_step(s, MOST_LINEAR_STEPS, how);
     if (status != LOXO_OK || how->n_iterations == 0) return status;
     if ((status = guard(s, &scale, &is_changed)) != LOXO_OK) return status;
-    how->norm *= scale;
     if (scale == 0.0) {
         s->shift = fmax(LEAST_SHIFT, 16.0 * s->shift);
         return LOXO_OK;
     }
     if ((is_changed || s->shift > 0.0) && (status = find_fall(s, &how->fall)) < 0) return status;
-    if (is_changed && scale == 1.0 && how->gradient_norm < CALM) count_marks(s);
     sphere_energy energy;
     double value;
     if ((status = sphere_tangent_value(t, (sphere_const_map)s->trial, &energy, &value)) < 0) return status;
     ++s->n_evaluations;
-    const double fell = s->value - value, noise = ROUNDING * EIGHT_PI;
-    const double ratio = fabs(how->fall) < noise && fabs(fell) < noise ? 1.0 : fell / how->fall;
-    *is_taken = how->fall > -noise && ratio > 1e-4;
-    if (!*is_taken || ratio < 0.25)
-        s->shift = fmax(LEAST_SHIFT, 8.0 * s->shift);
-    else if (ratio > 0.75 && scale == 1.0)
-        s->shift = s->shift > LEAST_SHIFT ? 0.125 * s->shift : 0.0;
+    *is_taken = decide(s, how->fall, s->value - value, scale == 1.0);
+    if (scale == 1.0 && how->gradient_norm < CALM * sqrt(EIGHT_PI)) count_marks(s);
     if (!*is_taken) return LOXO_OK;
     s->energy = energy;
     memcpy(s->f, s->trial, (size_t)p->m.n_vertices * sizeof *s->f);
     return LOXO_OK;
 }
 
+/* Goes to the map as it is. */
+static loxo_status arrive(newton_state *s, bool is_first)
+{
+    loxo_status status = sphere_tangent_go(&s->tangent, (sphere_const_map)s->f);
+    if (status >= 0) status = sphere_tangent_value(&s->tangent, (sphere_const_map)s->f, &s->energy, &s->value);
+    ++s->n_evaluations;
+    return status >= 0 && is_first ? calibrate(s) : status;
+}
+
+static bool tell(const newton_state *s, const loxo_sphere_info *info)
+{
+    const sphere_problem *p = s->tangent.p;
+    const loxo_progress progress = {.phase = "map",
+                                    .fraction = -1.0,
+                                    .iteration = info->n_iterations,
+                                    .n_iterations = p->settings.max_iterations,
+                                    .objective = s->energy.energy,
+                                    .residual = info->residual,
+                                    .gradient_norm = info->residual * sqrt(EIGHT_PI)};
+    return loxo_progress_tell(p->ctx, &progress, true);
+}
+
 static loxo_status iterate(newton_state *s, loxo_sphere_info *info)
 {
     const sphere_problem *p = s->tangent.p;
     bool is_taken = true;
-    double residual = 1.0;
-    info->stop_reason = LOXO_SPHERE_STOP_MAX_ITERATIONS;
-    while (info->n_iterations < p->settings.max_iterations) {
+    for (;;) {
         loxo_steihaug_info how;
-        loxo_status status = LOXO_OK;
-        if (is_taken) {
-            status = sphere_tangent_go(&s->tangent, (sphere_const_map)s->f);
-            if (status >= 0) status = sphere_tangent_value(&s->tangent, (sphere_const_map)s->f, &s->energy, &s->value);
-            if (status >= 0 && info->n_iterations == 0) status = calibrate(s);
-        }
+        const bool is_last = info->n_iterations >= p->settings.max_iterations;
+        loxo_status status = is_taken ? arrive(s, info->n_iterations == 0) : LOXO_OK;
+        if (status >= 0) status = is_last ? find_step(s, 0, &how) : step(s, &is_taken, &how);
         if (status < 0) return status;
-        const double forcing = fmax(TIGHTEST_FORCING, fmin(LOOSEST_FORCING, residual));
-        status = step(s, forcing, &is_taken, &how);
-        if (status < 0) return status;
-        residual = how.gradient_norm / sqrt(EIGHT_PI);
-        info->residual = residual;
-        if (how.n_iterations == 0) {
-            info->stop_reason = LOXO_SPHERE_STOP_TOLERANCE;
-            return LOXO_OK;
-        }
-        ++info->n_iterations;
-        const loxo_progress progress = {.phase = "map",
-                                        .fraction = -1.0,
-                                        .iteration = info->n_iterations,
-                                        .n_iterations = p->settings.max_iterations,
-                                        .objective = s->energy.energy,
-                                        .residual = residual};
-        if (loxo_progress_tell(p->ctx, &progress, true) || status == LOXO_STOPPED) {
+        info->residual = how.gradient_norm / sqrt(EIGHT_PI);
+        if (status == LOXO_STOPPED || (how.n_iterations > 0 && tell(s, info))) {
             info->stop_reason = LOXO_SPHERE_STOP_MONITOR;
             return LOXO_STOPPED;
         }
-        if (s->shift > MOST_SHIFT) {
+        if (how.n_iterations == 0 && (!is_last || info->residual <= p->settings.tolerance)) {
+            info->stop_reason = LOXO_SPHERE_STOP_TOLERANCE;
+            return LOXO_OK;
+        }
+        if (s->n_noisy >= NOISY_STEPS) {
             info->stop_reason = LOXO_SPHERE_STOP_ROUNDING;
             return LOXO_OK;
         }
+        info->stop_reason = is_last ? LOXO_SPHERE_STOP_MAX_ITERATIONS : LOXO_SPHERE_STOP_STALLED;
+        if (is_last || s->shift > MOST_SHIFT)
+            return loxo_fail(
+                p->ctx, LOXO_NOT_CONVERGED, "sphere: newton ended after %" PRId64 " steps with a residual of %.2g: %s",
+                info->n_iterations, info->residual, is_last ? "no more were allowed" : "no step lowers the energy");
+        ++info->n_iterations;
     }
-    return LOXO_NOT_CONVERGED;
 }
 
 loxo_status sphere_map_newton(const sphere_problem *p, const sphere_pull *pull, sphere_map f, loxo_sphere_info *info)

@@ -92,6 +92,7 @@ static loxo_status sweep(scem *s, hemisphere *side, sphere_const_map f, loxo_sph
     if (!choose_free(s, side)) {
         plane_solver_destroy(side->solver);
         if ((status = plane_solver_create(p, side->is_held, &side->solver)) < 0) return status;
+        sphere_note_bytes(p, info);
     }
     if ((status = plane_solver_solve(side->solver, TOLERANCE, &s->h, info)) != LOXO_OK) return status;
     memcpy(s->next, f, (size_t)n * sizeof *s->next);

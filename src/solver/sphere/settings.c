@@ -20,6 +20,7 @@ loxo_sphere_settings loxo_sphere_settings_default(void)
 #define FIELD(name) offsetof(loxo_sphere_settings, name)
 
 #define NEWTON     (1U << LOXO_SPHERE_NEWTON)
+#define HAS_STEPS  (~(1U << LOXO_SPHERE_FLASH))
 #define HAS_STARTS (NEWTON | 1U << LOXO_SPHERE_HBTR)
 
 #define CHOICE(NAME, name, help) #name,
@@ -28,7 +29,7 @@ static const char *const methods[] = {LOXO_SPHERE_METHOD_LIST(CHOICE) NULL};
 static const char *const method_help[] = {LOXO_SPHERE_METHOD_LIST(HELP) NULL};
 static const char *const starts[] = {LOXO_SPHERE_START_LIST(CHOICE) NULL};
 static const char *const factors[] = {"multigrid", "cholesky", NULL};
-static const char *const stops[] = {"tolerance", "rounding", "max-iterations", "rise", "monitor"};
+static const char *const stops[] = {"tolerance", "rounding", "max-iterations", "rise", "stalled", "monitor"};
 static const char *const phases[] = {"prepare", "start", "iterate", "unfold", "center", "check"};
 
 const loxo_option loxo_sphere_options[] = {
@@ -45,12 +46,14 @@ const loxo_option loxo_sphere_options[] = {
      .help = "the map to begin with; auto: harmonic, and where that folds a more robust one"},
     {.name = "tolerance",
      .type = LOXO_OPTION_DOUBLE,
+     .methods = HAS_STEPS,
      .offset = FIELD(tolerance),
      .min = 0.0,
      .max = 1.0,
-     .help = "newton: the gradient, relative; hbtr: (4.4); scem, cmcf: fall of the energy in a step"},
+     .help = "newton: the residual; hbtr: (4.4); scem: fall of the energy in a step; cmcf: how far the map moves"},
     {.name = "max-iterations",
      .type = LOXO_OPTION_INT64,
+     .methods = HAS_STEPS,
      .offset = FIELD(max_iterations),
      .min = 0.0,
      .max = 1e9,

@@ -152,8 +152,11 @@ void sphere_note_bytes(const sphere_problem *p, loxo_sphere_info *info)
     if (now > p->base_bytes && now - p->base_bytes > info->workspace_bytes) info->workspace_bytes = now - p->base_bytes;
 }
 
-/* Bytes a row of multigrid's hierarchy, at most. */
-#define MULTIGRID_BYTES 150
+/* Bytes a vertex: of multigrid's hierarchy at most, of mending folds, of hbtr's matrix and vectors; and a little whatever the size. */
+#define MULTIGRID_BYTES 160
+#define UNFOLD_BYTES    130
+#define HBTR_BYTES      450
+#define SMALL_BYTES     65536
 
 loxo_status loxo_sphere_estimate(loxo_context *ctx, int64_t n_vertices, int64_t n_faces,
                                  const loxo_sphere_settings *settings, size_t *bytes)
@@ -166,9 +169,12 @@ loxo_status loxo_sphere_estimate(loxo_context *ctx, int64_t n_vertices, int64_t 
     if (status < 0) return status;
     const size_t n = (size_t)n_vertices;
     const size_t matrix = n * 16 + (size_t)n_faces * 3 * 12, own = n * (8 + 24 + sizeof(loxo_index));
-    const size_t solver =
-        chosen.factor == LOXO_SPHERE_CHOLESKY ? loxo_cholesky_guess_bytes(n_vertices) : MULTIGRID_BYTES * n;
-    *bytes = matrix + own + solver + sphere_newton_bytes(n_vertices, n_faces);
+    const size_t factor = loxo_cholesky_guess_bytes(n_vertices);
+    const size_t solver = chosen.factor == LOXO_SPHERE_CHOLESKY ? factor : MULTIGRID_BYTES * n;
+    size_t most = solver + sphere_newton_bytes(n_vertices, n_faces) + UNFOLD_BYTES * n;
+    /* Twice the rows, and blocks of four numbers where L's factor has one. */
+    if (chosen.method == LOXO_SPHERE_HBTR && most < 4 * factor + HBTR_BYTES * n) most = 4 * factor + HBTR_BYTES * n;
+    *bytes = matrix + own + most + SMALL_BYTES;
     return LOXO_OK;
 }
 
@@ -197,15 +203,14 @@ static loxo_status take_start(loxo_sphere *s, const double *start)
 }
 
 /* What maps a surface without a start. */
-static loxo_status map_by(loxo_sphere *s, loxo_sphere_start which, loxo_sphere_info *info)
+static loxo_status map_by(const sphere_problem *p, loxo_sphere_start which, sphere_map f, loxo_sphere_info *info)
 {
-    const sphere_problem *p = &s->problem;
     switch (which) {
-    case LOXO_SPHERE_START_SCEM: return sphere_map_scem(p, s->f, info);
-    case LOXO_SPHERE_START_FLASH: return sphere_map_flash(p, s->f, info);
-    case LOXO_SPHERE_START_CMCF: return sphere_map_cmcf(p, s->f, info);
-    case LOXO_SPHERE_START_POSITIVE: return sphere_map_positive(p, s->f, info);
-    default: return sphere_map_harmonic(p, s->f, info);
+    case LOXO_SPHERE_START_SCEM: return sphere_map_scem(p, f, info);
+    case LOXO_SPHERE_START_FLASH: return sphere_map_flash(p, f, info);
+    case LOXO_SPHERE_START_CMCF: return sphere_map_cmcf(p, f, info);
+    case LOXO_SPHERE_START_POSITIVE: return sphere_map_positive(p, f, info);
+    default: return sphere_map_harmonic(p, f, info);
     }
 }
 
@@ -217,10 +222,40 @@ static loxo_status look(loxo_sphere *s, sphere_folds *folds, sphere_energy *ener
     return status < 0 ? status : sphere_find_energy(p, (sphere_const_map)s->f, energy);
 }
 
-/* A start that is given, or made; without folds where the method must begin so. */
-static loxo_status make_start(loxo_sphere *s, const double *start, loxo_sphere_info *info)
+/* The same, as what is told of a start. */
+static loxo_status look_at_start(loxo_sphere *s, sphere_folds *folds, loxo_sphere_info *info)
+{
+    sphere_energy energy;
+    const loxo_status status = look(s, folds, &energy);
+    if (status < 0) return status;
+    info->n_folds_start = folds->n;
+    info->energy_start = info->energy = energy.energy;
+    return status;
+}
+
+static bool is_one_to_one(const sphere_folds *folds) { return folds->n == 0 && folds->degree == 1; }
+
+/* Makes the start of the settings; of auto the first that will do. The method's tolerance and limits are not those of its start. */
+static loxo_status find_start(loxo_sphere *s, sphere_folds *folds, loxo_sphere_info *info)
 {
     static const loxo_sphere_start ladder[] = {LOXO_SPHERE_START_HARMONIC, LOXO_SPHERE_START_SCEM};
+    const bool is_auto = info->start == LOXO_SPHERE_START_AUTO;
+    const loxo_sphere_settings usual = loxo_sphere_settings_default();
+    sphere_problem p = s->problem;
+    p.settings.tolerance = usual.tolerance;
+    p.settings.max_iterations = usual.max_iterations;
+    for (int k = 0;; ++k) {
+        if (is_auto) info->start = ladder[k];
+        loxo_status status = map_by(&p, info->start, s->f, info);
+        if (status == LOXO_STOPPED || status < 0) return status;
+        if ((status = look_at_start(s, folds, info)) < 0 || !is_auto || k == 1) return status;
+        if (is_one_to_one(folds) && info->energy_start < MOST_START_ENERGY) return status;
+    }
+}
+
+/* A start that is given, or made; one to one where the method must begin so. */
+static loxo_status make_start(loxo_sphere *s, const double *start, loxo_sphere_info *info)
+{
     const sphere_problem *p = &s->problem;
     const bool is_auto = p->settings.start == LOXO_SPHERE_START_AUTO;
     sphere_folds folds;
@@ -229,24 +264,17 @@ static loxo_status make_start(loxo_sphere *s, const double *start, loxo_sphere_i
     info->start = p->settings.start;
     if (info->start == LOXO_SPHERE_START_GIVEN) {
         status = take_start(s, start);
+        if (status >= 0) status = look_at_start(s, &folds, info);
     } else {
-        for (int k = 0;; ++k) {
-            if (is_auto) info->start = ladder[k];
-            status = map_by(s, info->start, info);
-            if (status == LOXO_STOPPED || status < 0) return status;
-            if ((status = look(s, &folds, &energy)) < 0) return status;
-            if (!is_auto || k == 1 || (folds.n == 0 && folds.degree == 1 && energy.energy < MOST_START_ENERGY)) break;
-        }
+        status = find_start(s, &folds, info);
     }
-    if (status >= 0) status = look(s, &folds, &energy);
-    if (status < 0) return status;
-    info->n_folds_start = folds.n;
-    info->energy_start = info->energy = energy.energy;
-    if (p->settings.method != LOXO_SPHERE_NEWTON || folds.n == 0) return LOXO_OK;
-    status = sphere_unfold(p, s->f, info);
-    if (status != LOXO_OK || (info->n_folds == 0 && folds.degree == 1) || !is_auto) return status;
+    if (status < 0 || status == LOXO_STOPPED) return status;
+    if (p->settings.method != LOXO_SPHERE_NEWTON || is_one_to_one(&folds)) return LOXO_OK;
+    if ((status = sphere_unfold(p, s->f, info)) != LOXO_OK) return status;
+    if ((status = look(s, &folds, &energy)) < 0 || is_one_to_one(&folds) || !is_auto) return status;
     info->start = LOXO_SPHERE_START_POSITIVE;
-    return sphere_map_positive(p, s->f, info);
+    if ((status = sphere_map_positive(p, s->f, info)) != LOXO_OK) return status;
+    return look_at_start(s, &folds, info);
 }
 
 static loxo_status run_method(loxo_sphere *s, loxo_sphere_info *info)
@@ -254,9 +282,9 @@ static loxo_status run_method(loxo_sphere *s, loxo_sphere_info *info)
     const sphere_problem *p = &s->problem;
     switch (p->settings.method) {
     case LOXO_SPHERE_HBTR: return sphere_map_hbtr(p, s->f, info);
-    case LOXO_SPHERE_SCEM: return map_by(s, LOXO_SPHERE_START_SCEM, info);
-    case LOXO_SPHERE_FLASH: return map_by(s, LOXO_SPHERE_START_FLASH, info);
-    case LOXO_SPHERE_CMCF: return map_by(s, LOXO_SPHERE_START_CMCF, info);
+    case LOXO_SPHERE_SCEM: return map_by(p, LOXO_SPHERE_START_SCEM, s->f, info);
+    case LOXO_SPHERE_FLASH: return map_by(p, LOXO_SPHERE_START_FLASH, s->f, info);
+    case LOXO_SPHERE_CMCF: return map_by(p, LOXO_SPHERE_START_CMCF, s->f, info);
     default: return sphere_map_newton(p, NULL, s->f, info);
     }
 }
@@ -302,20 +330,24 @@ static loxo_status solve(loxo_sphere *s, const double *start, loxo_sphere_info *
     loxo_status status = has_start(s) ? make_start(s, start, info) : LOXO_OK;
     if (status < 0) return status;
     clock_phase(&clock_s, LOXO_SPHERE_PHASE_START, info);
-    const loxo_status done = status == LOXO_STOPPED ? status : run_method(s, info);
+    loxo_status done = status == LOXO_STOPPED ? status : run_method(s, info);
     if (done < 0) return done;
-    if (done == LOXO_STOPPED) info->stop_reason = LOXO_SPHERE_STOP_MONITOR;
     clock_phase(&clock_s, LOXO_SPHERE_PHASE_ITERATE, info);
     if ((status = look(s, &folds, &energy)) < 0) return status;
     info->n_folds_unmended = folds.n;
     info->energy = energy.energy;
-    if (p->settings.is_centred && done != LOXO_STOPPED) status = sphere_center(p, s->f, &info->center);
-    if (status < 0) return status;
+    if (p->settings.is_centred && done != LOXO_STOPPED) {
+        if ((status = sphere_center(p, s->f, &info->center)) < 0) return status;
+        if (done == LOXO_OK || status == LOXO_STOPPED) done = status;
+    }
     clock_phase(&clock_s, LOXO_SPHERE_PHASE_CENTER, info);
     /* Flat triangles are not what Moebius maps keep: centring may turn one over. */
-    if (p->settings.is_unfolded && done != LOXO_STOPPED) status = sphere_unfold(p, s->f, info);
-    if (status < 0) return status;
+    if (p->settings.is_unfolded && done != LOXO_STOPPED) {
+        if ((status = sphere_unfold(p, s->f, info)) < 0) return status;
+        if (status == LOXO_STOPPED) done = status;
+    }
     clock_phase(&clock_s, LOXO_SPHERE_PHASE_UNFOLD, info);
+    if (done == LOXO_STOPPED) info->stop_reason = LOXO_SPHERE_STOP_MONITOR;
     status = judge(s, done, info);
     clock_phase(&clock_s, LOXO_SPHERE_PHASE_CHECK, info);
     return status;

@@ -15,7 +15,7 @@
 
 size_t sphere_tangent_bytes(int64_t n_vertices, int64_t n_faces)
 {
-    return (size_t)n_vertices * 6 * sizeof(double) + (size_t)n_vertices + (size_t)n_faces * 6 * sizeof(double);
+    return (size_t)n_vertices * 7 * sizeof(double) + (size_t)n_vertices + (size_t)n_faces * 6 * sizeof(double);
 }
 
 static loxo_status precondition_by_factor(sphere_tangent *t, const loxo_csr *matrix)
@@ -24,26 +24,24 @@ static loxo_status precondition_by_factor(sphere_tangent *t, const loxo_csr *mat
     return status < 0 ? status : loxo_cholesky_factor(t->cholesky, matrix);
 }
 
-/* Of L + diag(image's areas), which unlike L maps no constant to 0. The matrix is borrowed from the problem for this, and given
- * back as it was. */
+/* Of L + diag(image's areas), which unlike L maps no constant to 0. All but the diagonal is the problem's. */
 static loxo_status make_preconditioner(sphere_tangent *t, sphere_const_map f)
 {
     const sphere_problem *p = t->p;
     const int64_t n = p->m.n_vertices;
-    loxo_csr matrix = p->laplacian;
-    double *diagonal = t->r;
+    t->shifted = p->laplacian;
+    if ((t->shifted.diagonal = loxo_allocate(p->ctx, n, sizeof *t->shifted.diagonal)) == NULL) return LOXO_ERR_MEMORY;
     for (int64_t i = 0; i < n; ++i)
-        diagonal[i] = p->laplacian.diagonal[i];
+        t->shifted.diagonal[i] = p->laplacian.diagonal[i];
     for (int64_t face = 0; face < p->m.n_faces; ++face) {
         const loxo_index *v = &p->m.halfedge_vertex[3 * face];
         double side;
         const double third = v3_norm(k_image_normal(v3_load(f[v[0]]), v3_load(f[v[1]]), v3_load(f[v[2]]), &side)) / 6.0;
         for (int k = 0; k < 3; ++k)
-            diagonal[v[k]] += third;
+            t->shifted.diagonal[v[k]] += third;
     }
-    matrix.diagonal = diagonal;
-    if (p->settings.factor == LOXO_SPHERE_CHOLESKY) return precondition_by_factor(t, &matrix);
-    return loxo_multigrid_create(p->ctx, &matrix, NULL, &t->multigrid);
+    if (p->settings.factor == LOXO_SPHERE_CHOLESKY) return precondition_by_factor(t, &t->shifted);
+    return loxo_multigrid_create(p->ctx, &t->shifted, NULL, &t->multigrid);
 }
 
 loxo_status sphere_tangent_create(const sphere_problem *p, const sphere_pull *pull, sphere_const_map f,
@@ -72,6 +70,7 @@ void sphere_tangent_destroy(sphere_tangent *t)
     loxo_context *ctx = t->p->ctx;
     loxo_multigrid_destroy(t->multigrid);
     loxo_cholesky_destroy(t->cholesky);
+    loxo_release(ctx, t->shifted.diagonal);
     loxo_release(ctx, t->z);
     loxo_release(ctx, t->r);
     loxo_release(ctx, t->is_held);
@@ -303,6 +302,7 @@ loxo_status sphere_tangent_hessian(void *state, const double *v, double *hv)
     const sphere_const_map x = (sphere_const_map)v;
     const int64_t n = t->p->m.n_vertices;
     double(*out)[3] = (double(*)[3])hv, mean[3] = {0.0, 0.0, 0.0};
+    if (t->failure < 0) return t->failure;
     if (t->is_gauged) {
         const loxo_status status = find_mean(t, x, mean);
         if (status < 0) return status;
@@ -336,10 +336,12 @@ static void precondition_one(sphere_tangent *t, int k, const double *r, double *
         for (int64_t i = range.begin; i < range.end; ++i)
             t->r[i] = t->is_held[i] ? 0.0 : r[3 * i + k];
     }
-    if (t->multigrid != NULL)
+    if (t->multigrid != NULL) {
         loxo_multigrid_apply(t->multigrid, t->r, t->z);
-    else if (loxo_cholesky_solve(t->cholesky, t->r, t->z) < 0)
-        memcpy(t->z, t->r, (size_t)n * sizeof *t->z);
+    } else {
+        const loxo_status status = loxo_cholesky_solve(t->cholesky, t->r, t->z);
+        if (status < 0) t->failure = status;
+    }
 #pragma omp parallel num_threads(loxo_threads_for(t->p->ctx, n, 1.0))
     {
         const loxo_range range = loxo_thread_range(n);

@@ -21,11 +21,13 @@ typedef struct sphere_tangent {
     bool *is_held;       /* [n] vertices that stay where they are */
     loxo_multigrid *multigrid;
     loxo_cholesky *cholesky;
+    loxo_csr shifted; /* what it was made of: L, with a diagonal of its own */
     double precondition_scale;
-    double *r, *z; /* [n] */
+    loxo_status failure; /* of a solve with the factor; the next product returns it */
+    double *r, *z;       /* [n] */
 } sphere_tangent;
 
-/* tangent is to be cleared. The preconditioner is that of L and of the image's areas in f. */
+/* The preconditioner is that of L and of the image's areas in f. */
 loxo_status sphere_tangent_create(const sphere_problem *p, const sphere_pull *pull, sphere_const_map f,
                                   sphere_tangent *t);
 void sphere_tangent_destroy(sphere_tangent *t);
