@@ -20,9 +20,9 @@
 /* Falls of the energy below this share of 8 pi cannot be told from rounding. */
 #define ROUNDING    2e-14
 #define NOISY_STEPS 4 /* so many of them on end, and there is no more to be had */
-/* A vertex whose steps had to be changed so many times on end, while the residual was below CALM, is held. */
+/* A vertex whose steps had to be changed so many times, while the residual was below CALM, is held. */
 #define MARKS_TO_HOLD 3
-#define CALM          2e-3
+#define CALM          1e-2
 /* A step is found to more digits where it turns over faces at more than one vertex in so many; it is halved so often at most. */
 #define FEW           1000
 #define MOST_HALVINGS 10
@@ -91,12 +91,16 @@ static loxo_status calibrate(newton_state *s)
     return LOXO_OK;
 }
 
-/* Holds vertices whose steps are changed again and again, so that the others can converge. */
-static void count_marks(newton_state *s)
+/* Holds vertices whose steps are changed again and again, so that the others can converge. Only a whole step of Newton's that is taken
+ * and leaves a vertex alone clears its count: shorter ones get by what blocks the long ones. */
+static void count_marks(newton_state *s, bool clears)
 {
     const int64_t n = s->tangent.p->m.n_vertices;
     for (int64_t i = 0; i < n; ++i) {
-        s->n_marks[i] = (unsigned char)(s->mark[i] != 0 ? s->n_marks[i] + 1 : 0);
+        if (s->mark[i] != 0 && s->n_marks[i] < MARKS_TO_HOLD)
+            ++s->n_marks[i];
+        else if (s->mark[i] == 0 && clears)
+            s->n_marks[i] = 0;
         if (s->n_marks[i] < MARKS_TO_HOLD || s->tangent.is_held[i]) continue;
         s->tangent.is_held[i] = true;
         ++s->n_held;
@@ -249,8 +253,9 @@ static loxo_status step(newton_state *s, bool *is_taken, loxo_steihaug_info *how
     double value;
     if ((status = sphere_tangent_value(t, (sphere_const_map)s->trial, &energy, &value)) < 0) return status;
     ++s->n_evaluations;
+    const bool is_newtons = s->shift == 0.0 && scale == 1.0;
     *is_taken = decide(s, how->fall, s->value - value, scale == 1.0);
-    if (scale == 1.0 && how->gradient_norm < CALM * sqrt(EIGHT_PI)) count_marks(s);
+    if (scale == 1.0 && how->gradient_norm < CALM * sqrt(EIGHT_PI)) count_marks(s, *is_taken && is_newtons);
     if (!*is_taken) return LOXO_OK;
     s->energy = energy;
     memcpy(s->f, s->trial, (size_t)p->m.n_vertices * sizeof *s->f);
