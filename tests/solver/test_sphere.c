@@ -1,32 +1,12 @@
 /* SPDX-License-Identifier: MIT
  * The solver for spherical maps, and newton: derivatives, what the map is, what does not change it, and what it refuses. */
 #include "../shapes.h"
-#include "operator/laplacian.h"
 #include "optim/steihaug.h"
 #include "solver/sphere/tangent.h"
-#include "surfaces.h"
+#include "sphere_problem.h"
 
 #include <loxo/io.h>
 #include <loxo/sphere.h>
-
-static sphere_problem problem_make(const surface *s)
-{
-    sphere_problem p = {.ctx = s->ctx, .m = loxo_mesh_get_view(s->mesh), .settings = loxo_sphere_settings_default()};
-    double sum = 0.0;
-    p.area = loxo_allocate(s->ctx, p.m.n_vertices, sizeof *p.area);
-    CHECK_STATUS(s->ctx, loxo_laplacian_create(s->ctx, &p.m, &p.laplacian, p.area), LOXO_OK);
-    for (int64_t i = 0; i < p.m.n_vertices; ++i)
-        sum += p.area[i];
-    for (int64_t i = 0; i < p.m.n_vertices; ++i)
-        p.area[i] /= sum;
-    return p;
-}
-
-static void problem_free(sphere_problem *p)
-{
-    loxo_csr_destroy(p->ctx, &p->laplacian);
-    loxo_release(p->ctx, p->area);
-}
 
 /* Directions of the ellipsoid's vertices, moved a little: no critical point of anything. */
 static void put_rough(const sphere_problem *p, sphere_map f)
@@ -107,7 +87,7 @@ TEST(derivatives_agree_with_differences)
     loxo_release(test_context, d);
     loxo_release(test_context, f);
     loxo_release(test_context, g);
-    problem_free(&p);
+    sphere_problem_destroy(&p);
     surface_destroy(&s);
 }
 

@@ -4,9 +4,8 @@
 #include "../shapes.h"
 #include "algebra/cholesky.h"
 #include "kernel/laplacian_kernel.h"
-#include "operator/laplacian.h"
 #include "solver/sphere/plane.h"
-#include "surfaces.h"
+#include "sphere_problem.h"
 
 #include <loxo/center.h>
 #include <loxo/io.h>
@@ -19,26 +18,6 @@ typedef loxo_status (*method_fn)(const sphere_problem *p, sphere_map f, loxo_sph
 
 static const method_fn methods[] = {sphere_map_scem, sphere_map_flash, sphere_map_cmcf};
 enum { SCEM, FLASH, CMCF, N_METHODS };
-
-/* As the solver makes it, but that the surface must be what it takes. */
-static sphere_problem problem_make(const surface *s)
-{
-    sphere_problem p = {.ctx = s->ctx, .m = loxo_mesh_get_view(s->mesh), .settings = loxo_sphere_settings_default()};
-    double sum = 0.0;
-    p.area = loxo_allocate(s->ctx, p.m.n_vertices, sizeof *p.area);
-    CHECK_STATUS(s->ctx, loxo_laplacian_create(s->ctx, &p.m, &p.laplacian, p.area), LOXO_OK);
-    for (int64_t i = 0; i < p.m.n_vertices; ++i)
-        sum += p.area[i];
-    for (int64_t i = 0; i < p.m.n_vertices; ++i)
-        p.area[i] /= sum;
-    return p;
-}
-
-static void problem_free(sphere_problem *p)
-{
-    loxo_csr_destroy(p->ctx, &p->laplacian);
-    loxo_release(p->ctx, p->area);
-}
 
 static sphere_map map_make(const sphere_problem *p)
 {
@@ -145,7 +124,7 @@ TEST(the_plane_without_a_face)
     loxo_release(test_context, f);
     loxo_release(test_context, residual);
     plane_map_destroy(test_context, &h);
-    problem_free(&p);
+    sphere_problem_destroy(&p);
     surface_destroy(&s);
 }
 
@@ -189,7 +168,7 @@ TEST(equations_by_multigrid_and_by_factors)
     plane_map_destroy(test_context, &h[0]);
     if (loxo_cholesky_is_there()) plane_map_destroy(test_context, &h[1]);
     loxo_release(test_context, is_held);
-    problem_free(&p);
+    sphere_problem_destroy(&p);
     surface_destroy(&s);
 }
 
@@ -258,7 +237,7 @@ TEST(a_sphere_is_mapped_to_itself)
     }
     loxo_release(test_context, f);
     loxo_release(test_context, own);
-    problem_free(&p);
+    sphere_problem_destroy(&p);
     surface_destroy(&s);
 }
 
@@ -282,7 +261,7 @@ TEST(the_smallest_surfaces)
             if (k == SCEM) CHECK(folds_of(&p, f).n == 0 && folds_of(&p, f).degree == 1);
         }
         loxo_release(test_context, f);
-        problem_free(&p);
+        sphere_problem_destroy(&p);
         surface_destroy(&s);
     }
 }
@@ -308,7 +287,7 @@ TEST(energies_of_ellipsoids_fall_as_the_square_of_the_size)
             if (level > 0) CHECK_NEAR(before / energy, 4.0, 0.2);
             before = energy;
             loxo_release(ctx, f);
-            problem_free(&p);
+            sphere_problem_destroy(&p);
             surface_destroy(&s);
         }
     }
@@ -339,7 +318,7 @@ TEST(published_energies_of_fandisk)
     center(&p, f);
     CHECK(energy_of(&p, f) <= 1.02 * 1.372e-2);
     loxo_release(test_context, f);
-    problem_free(&p);
+    sphere_problem_destroy(&p);
     surface_destroy(&s);
 }
 
@@ -367,7 +346,7 @@ TEST(multigrid_and_factors_agree)
     }
     loxo_release(test_context, f[0]);
     loxo_release(test_context, f[1]);
-    problem_free(&p);
+    sphere_problem_destroy(&p);
     surface_destroy(&s);
 }
 
@@ -382,7 +361,7 @@ static uint64_t hash_map(loxo_context *ctx, const void *arg)
     const double numbers[] = {info.energy, info.residual, (double)info.n_iterations, (double)info.n_linear_steps};
     const uint64_t hash = test_hash(f, (size_t)p.m.n_vertices * sizeof *f) ^ test_hash(numbers, sizeof numbers);
     loxo_release(ctx, f);
-    problem_free(&p);
+    sphere_problem_destroy(&p);
     surface_destroy(&s);
     return hash;
 }
@@ -419,7 +398,7 @@ TEST(every_allocation_may_fail)
     for (a.method = 0; a.method < N_METHODS; ++a.method)
         CHECK(test_each_allocation_fails(call_method, &a) > 20);
     loxo_release(test_context, a.f);
-    problem_free(&a.p);
+    sphere_problem_destroy(&a.p);
     surface_destroy(&s);
 }
 
@@ -469,7 +448,7 @@ TEST(a_monitor_may_stop_them)
         CHECK(n_stopped > 0 && (k == CMCF || n_nothing > 0));
     }
     loxo_release(test_context, f);
-    problem_free(&p);
+    sphere_problem_destroy(&p);
     surface_destroy(&s);
 }
 
@@ -487,6 +466,6 @@ TEST(few_iterations_do_not_converge)
         CHECK(info.stop_reason == LOXO_SPHERE_STOP_MAX_ITERATIONS && info.n_iterations == 2);
     }
     loxo_release(test_context, f);
-    problem_free(&p);
+    sphere_problem_destroy(&p);
     surface_destroy(&s);
 }

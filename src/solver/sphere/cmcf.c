@@ -234,21 +234,10 @@ static loxo_status step(cmcf *s, loxo_sphere_info *info)
 
 /* ---- the flow ---------------------------------------------------------------------------------------------------- */
 
-static bool tell(const cmcf *s, const loxo_sphere_info *info)
-{
-    const loxo_progress progress = {.phase = "cmcf",
-                                    .fraction = -1.0,
-                                    .iteration = info->n_iterations,
-                                    .n_iterations = s->p->settings.max_iterations,
-                                    .objective = info->energy,
-                                    .residual = info->residual};
-    return loxo_progress_tell(s->p->ctx, &progress, info->n_iterations == 0);
-}
-
 /* One step and its image. */
 static loxo_status advance(cmcf *s, sphere_energy *energy, loxo_sphere_info *info)
 {
-    loxo_status status = tell(s, info) ? LOXO_STOPPED : step(s, info);
+    loxo_status status = sphere_tell(s->p, "cmcf", info->n_iterations == 0, info) ? LOXO_STOPPED : step(s, info);
     if (status == LOXO_OK) status = find_image(s, energy, info);
     if (status != LOXO_STOPPED && status != LOXO_ERR_STOPPED) return status;
     info->stop_reason = LOXO_SPHERE_STOP_MONITOR;

@@ -6,7 +6,7 @@
 #include "base/sort.h"
 #include "kernel/conformal_kernel.h"
 #include "par/range.h"
-#include "solver/sphere/sphere_internal.h"
+#include "solver/sphere/plane.h"
 
 /* Of the planar coordinates, which are largest at the pole: the other side has to be resolved, too. */
 #define PLANE_TOLERANCE  1e-9
@@ -95,26 +95,24 @@ static loxo_status find_middle(const sphere_problem *p, const double *x, const d
     return LOXO_OK;
 }
 
-/* From the plane by the inverse of the projection from the north pole: the middle to the south pole, half of the surface to the
- * southern half. */
-static loxo_status put_on_sphere(const sphere_problem *p, const double *x, const double *y, sphere_map f)
+/* To the sphere, such that the middle goes to the south pole and half of the surface to the southern half. */
+static loxo_status put_on_sphere(const sphere_problem *p, const plane_map *h, sphere_map f)
 {
     double middle[2] = {0.0, 0.0}, size = 0.0;
-    const loxo_status status = find_middle(p, x, y, middle, &size);
+    const loxo_status status = find_middle(p, h->x, h->y, middle, &size);
     if (status < 0) return status;
     if (!(size > 0.0) || !isfinite(size))
         return loxo_fail(p->ctx, LOXO_ERR_NUMERIC, "sphere: the harmonic map has no size");
-#pragma omp parallel num_threads(loxo_threads_for(p->ctx, p->m.n_vertices, 5.0))
+#pragma omp parallel num_threads(loxo_threads_for(p->ctx, p->m.n_vertices, 2.0))
     {
         const loxo_range r = loxo_thread_range(p->m.n_vertices);
         for (int64_t i = r.begin; i < r.end; ++i) {
             /* The right side has the face's orientation as seen from inside: y is mirrored. */
-            const double u = (x[i] - middle[0]) / size, v = (middle[1] - y[i]) / size, q = u * u + v * v;
-            const double up = q > 1.0 ? (1.0 - 1.0 / q) / (1.0 + 1.0 / q) : (q - 1.0) / (q + 1.0);
-            const double scale = 2.0 / (1.0 + q);
-            v3_store(f[i], (loxo_vec3){scale * u, scale * v, up});
+            h->x[i] = (h->x[i] - middle[0]) / size;
+            h->y[i] = (middle[1] - h->y[i]) / size;
         }
     }
+    plane_to_sphere(p->ctx, p->m.n_vertices, h, PLANE_SOUTH, NULL, f);
     return LOXO_OK;
 }
 
@@ -154,7 +152,7 @@ loxo_status sphere_map_harmonic(const sphere_problem *p, sphere_map f, loxo_sphe
         set_dipole(&p->m, sphere_most_regular_face(p), b, b + n);
         status = solve_plane(p, b, xy, info);
     }
-    if (status >= 0) status = put_on_sphere(p, xy, xy + n, f);
+    if (status >= 0) status = put_on_sphere(p, &(plane_map){.x = xy, .y = xy + n}, f);
     loxo_release(p->ctx, xy);
     loxo_release(p->ctx, b);
     if (status < 0) return status;

@@ -271,19 +271,6 @@ static loxo_status arrive(newton_state *s, bool is_first)
     return status >= 0 && is_first ? calibrate(s) : status;
 }
 
-static bool tell(const newton_state *s, const loxo_sphere_info *info)
-{
-    const sphere_problem *p = s->tangent.p;
-    const loxo_progress progress = {.phase = "map",
-                                    .fraction = -1.0,
-                                    .iteration = info->n_iterations,
-                                    .n_iterations = p->settings.max_iterations,
-                                    .objective = s->energy.energy,
-                                    .residual = info->residual,
-                                    .gradient_norm = info->residual * sqrt(EIGHT_PI)};
-    return loxo_progress_tell(p->ctx, &progress, true);
-}
-
 static loxo_status iterate(newton_state *s, loxo_sphere_info *info)
 {
     const sphere_problem *p = s->tangent.p;
@@ -295,7 +282,8 @@ static loxo_status iterate(newton_state *s, loxo_sphere_info *info)
         if (status >= 0) status = is_last ? find_step(s, 0, &how) : step(s, &is_taken, &how);
         if (status < 0) return status;
         info->residual = how.gradient_norm / sqrt(EIGHT_PI);
-        if (status == LOXO_STOPPED || (how.n_iterations > 0 && tell(s, info))) {
+        info->energy = s->energy.energy;
+        if (status == LOXO_STOPPED || (how.n_iterations > 0 && sphere_tell(p, "map", true, info))) {
             info->stop_reason = LOXO_SPHERE_STOP_MONITOR;
             return LOXO_STOPPED;
         }

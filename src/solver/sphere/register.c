@@ -4,7 +4,6 @@
 #include "base/options.h"
 #include "base/os.h"
 #include "kernel/conformal_kernel.h"
-#include "operator/laplacian.h"
 #include "par/range.h"
 #include "solver/sphere/hbtr_internal.h"
 #include "solver/sphere/register_internal.h"
@@ -154,22 +153,14 @@ static loxo_status make_problem(moving_surface *s)
 {
     loxo_context *ctx = s->r->ctx;
     sphere_problem *p = &s->problem;
-    double sum = 0.0;
-    const size_t base_bytes = loxo_context_memory(ctx).current_bytes;
-    *p = (sphere_problem){
-        .ctx = ctx, .m = loxo_mesh_get_view(s->mesh), .settings = s->r->settings.sphere, .base_bytes = base_bytes};
-    p->area = loxo_allocate(ctx, p->m.n_vertices, sizeof *p->area);
-    s->f = loxo_allocate(ctx, p->m.n_vertices, sizeof *s->f);
-    if (p->area == NULL || s->f == NULL) return LOXO_ERR_MEMORY;
-    const loxo_status status = loxo_laplacian_create(ctx, &p->m, &p->laplacian, p->area);
+    const loxo_mesh_view m = loxo_mesh_get_view(s->mesh);
+    const loxo_status status = sphere_problem_create(ctx, &m, &m, &s->r->settings.sphere, p);
     if (status < 0) return status;
+    if ((s->f = loxo_allocate(ctx, m.n_vertices, sizeof *s->f)) == NULL) return LOXO_ERR_MEMORY;
     for (int64_t i = 0; i < p->m.n_vertices; ++i) {
         const int64_t v = p->m.vertex_origin != NULL ? p->m.vertex_origin[i] : i;
         memcpy(s->f[i], &s->map[3 * v], sizeof *s->f);
-        sum += p->area[i];
     }
-    for (int64_t i = 0; i < p->m.n_vertices; ++i)
-        p->area[i] /= sum;
     return LOXO_OK;
 }
 
@@ -355,8 +346,7 @@ static void let_go(moving_surface *s)
     register_pairs_destroy(ctx, &s->pairs);
     loxo_sphere_locator_destroy(s->locator);
     loxo_release(ctx, s->position);
-    loxo_csr_destroy(ctx, &s->problem.laplacian);
-    loxo_release(ctx, s->problem.area);
+    sphere_problem_destroy(&s->problem);
     loxo_release(ctx, s->f);
     loxo_landmarks_destroy(ctx, &s->landmarks);
     loxo_release(ctx, s->order);

@@ -101,17 +101,6 @@ static loxo_status sweep(scem *s, hemisphere *side, sphere_const_map f, loxo_sph
     return status < 0 || status == LOXO_STOPPED ? status : LOXO_OK;
 }
 
-static bool tell(const scem *s, const loxo_sphere_info *info)
-{
-    const loxo_progress progress = {.phase = "scem",
-                                    .fraction = -1.0,
-                                    .iteration = info->n_iterations,
-                                    .n_iterations = s->p->settings.max_iterations,
-                                    .objective = info->energy,
-                                    .residual = info->residual};
-    return loxo_progress_tell(s->p->ctx, &progress, info->n_iterations == 0);
-}
-
 static loxo_status iterate(scem *s, sphere_map f, loxo_sphere_info *info)
 {
     const sphere_problem *p = s->p;
@@ -124,7 +113,9 @@ static loxo_status iterate(scem *s, sphere_map f, loxo_sphere_info *info)
     info->residual = HUGE_VAL;
     info->stop_reason = LOXO_SPHERE_STOP_MAX_ITERATIONS;
     for (int64_t k = 0; k < p->settings.max_iterations; ++k) {
-        status = tell(s, info) ? LOXO_STOPPED : sweep(s, &s->side[k % 2], (sphere_const_map)f, info);
+        status = sphere_tell(s->p, "scem", info->n_iterations == 0, info)
+                     ? LOXO_STOPPED
+                     : sweep(s, &s->side[k % 2], (sphere_const_map)f, info);
         if (status == LOXO_STOPPED || status == LOXO_ERR_STOPPED) {
             info->stop_reason = LOXO_SPHERE_STOP_MONITOR;
             return LOXO_STOPPED;

@@ -6,7 +6,6 @@
 #include "base/options.h"
 #include "base/os.h"
 #include "kernel/vec3.h"
-#include "operator/laplacian.h"
 #include "par/range.h"
 #include "solver/sphere/sphere_internal.h"
 #include "solver/sphere/tangent.h"
@@ -73,26 +72,12 @@ static loxo_status check_surface(loxo_context *ctx, const loxo_mesh *mesh, const
                         bare, n_bare - 1);
 }
 
-/* Shares of the area. */
-static loxo_status normalise_areas(sphere_problem *p)
-{
-    double sum = 0.0;
-    for (int64_t i = 0; i < p->m.n_vertices; ++i)
-        sum += p->area[i];
-    if (!(sum > 0.0) || !isfinite(sum))
-        return loxo_fail(p->ctx, LOXO_ERR_MESH, "sphere: the surface has no area, or one that is not finite");
-    for (int64_t i = 0; i < p->m.n_vertices; ++i)
-        p->area[i] /= sum;
-    return LOXO_OK;
-}
-
 static loxo_status create(loxo_context *ctx, const loxo_mesh *mesh, const loxo_mesh *weights,
                           const loxo_sphere_settings *settings, loxo_sphere **out)
 {
     const loxo_sphere_settings chosen = settings != NULL ? *settings : loxo_sphere_settings_default();
     const double start_s = loxo_os_clock_s();
     if (out == NULL || ctx == NULL) return LOXO_ERR_ARGUMENT;
-    const size_t base_bytes = loxo_context_memory(ctx).current_bytes;
     *out = NULL;
     if (mesh == NULL || weights == NULL) return loxo_fail(ctx, LOXO_ERR_ARGUMENT, "sphere: the mesh is NULL");
     loxo_status status = loxo_options_check(ctx, "sphere", loxo_sphere_options, &chosen);
@@ -106,13 +91,10 @@ static loxo_status create(loxo_context *ctx, const loxo_mesh *mesh, const loxo_m
     if (s == NULL) return LOXO_ERR_MEMORY;
     s->mesh = mesh;
     s->n_given = loxo_mesh_n_vertices(mesh);
-    s->problem = (sphere_problem){.ctx = ctx, .m = m, .settings = chosen, .base_bytes = base_bytes};
-    s->problem.area = loxo_allocate(ctx, m.n_vertices, sizeof *s->problem.area);
+    status = sphere_problem_create(ctx, &m, &w, &chosen, &s->problem);
     s->order = loxo_allocate(ctx, s->n_given, sizeof *s->order);
     s->f = loxo_allocate(ctx, m.n_vertices, sizeof *s->f);
-    status = s->problem.area == NULL || s->order == NULL || s->f == NULL ? LOXO_ERR_MEMORY : LOXO_OK;
-    if (status >= 0) status = loxo_laplacian_create(ctx, &w, &s->problem.laplacian, s->problem.area);
-    if (status >= 0) status = normalise_areas(&s->problem);
+    if (status >= 0 && (s->order == NULL || s->f == NULL)) status = LOXO_ERR_MEMORY;
     if (status >= 0) status = loxo_mesh_vertex_order(mesh, s->order);
     if (status < 0) {
         loxo_sphere_destroy(s);
@@ -139,17 +121,10 @@ void loxo_sphere_destroy(loxo_sphere *s)
 {
     if (s == NULL) return;
     loxo_context *ctx = s->problem.ctx;
-    loxo_csr_destroy(ctx, &s->problem.laplacian);
-    loxo_release(ctx, s->problem.area);
+    sphere_problem_destroy(&s->problem);
     loxo_release(ctx, s->order);
     loxo_release(ctx, s->f);
     loxo_release(ctx, s);
-}
-
-void sphere_note_bytes(const sphere_problem *p, loxo_sphere_info *info)
-{
-    const size_t now = loxo_context_memory(p->ctx).current_bytes;
-    if (now > p->base_bytes && now - p->base_bytes > info->workspace_bytes) info->workspace_bytes = now - p->base_bytes;
 }
 
 /* Bytes a vertex: of multigrid's hierarchy at most, of mending folds, of hbtr's matrix and vectors; and a little whatever the size. */

@@ -23,8 +23,14 @@ typedef struct sphere_problem {
     size_t base_bytes;  /* of the context before there was any of this */
 } sphere_problem;
 
+/* weights: of whose triangulation L is, m's own or the intrinsic one. On failure nothing is held. */
+loxo_status sphere_problem_create(loxo_context *ctx, const loxo_mesh_view *m, const loxo_mesh_view *weights,
+                                  const loxo_sphere_settings *settings, sphere_problem *p);
+void sphere_problem_destroy(sphere_problem *p); /* cleared, or destroyed before: nothing */
 /* To be called where a method holds most: what the info tells as its workspace. */
 void sphere_note_bytes(const sphere_problem *p, loxo_sphere_info *info);
+/* Tells the monitor how far a method is, by its info; true when it shall stop. As loxo_progress_tell. */
+bool sphere_tell(const sphere_problem *p, const char *phase, bool always, const loxo_sphere_info *info);
 
 /* ---- energy.c: sums over faces and vertices; same bits for any number of threads ------------------------------ */
 
